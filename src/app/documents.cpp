@@ -7,7 +7,7 @@
 #include <map>
 
 #include "doppel/base/core/installation.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 
 namespace doppel::app {
 namespace {

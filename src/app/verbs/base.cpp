@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <fstream>
-#include <iterator>
 #include <memory>
 
 #include "app/described_scenario.h"
@@ -12,8 +10,10 @@
 #include "app/print_stderr.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/shown_path.h"
 #include "doppel/lab/base_report/base_report.h"
+#include "doppel/ros/bus/parameter_file_text.h"
 #include "doppel/scenario/compile/robot_setup.h"
 #include "doppel/session/live/audit_result.h"
 
@@ -27,11 +27,6 @@ struct BaseVerb {
   std::string controllers, controller, world, plot;
   bool write = false, json = false;
 };
-
-std::string whole_file(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // The file with the controller's parameters. Throws InputError.
 fs::path file_to_write(const Scenario& scenario, const std::string& controller) {
@@ -57,7 +52,8 @@ void write_multipliers(const Scenario& scenario, const BaseReport& report) {
                      "--write is for diff_drive_controller/DiffDriveController");
   }
   const fs::path file = file_to_write(scenario, report.controller);
-  write_whole(file, with_multipliers(whole_file(file), file, report.controller, *report.fitted));
+  const std::string before = read_file(file.string(), kMaxParameterFileBytes);
+  write_whole(file, with_multipliers(before, file, report.controller, *report.fitted));
   print_stderr("written to {}\n", shown_path(file));
 }
 

@@ -6,8 +6,6 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 
 #include "app/described_scenario.h"
@@ -17,6 +15,7 @@
 #include "app/verbs/motion_subject.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/lab/verification/compare.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
@@ -78,14 +77,16 @@ void check_point(const std::filesystem::path& file, std::size_t number,
 
 // A trajectory as `doppel topic pub` takes it.
 JointPath read_path(const std::filesystem::path& file, const Model& model) {
-  std::ifstream in(file);
-  if (!in)
-    refuse("cli.trajectory", fmt::format("file '{}' does not exist", file.string()),
+  constexpr std::size_t kMaxTrajectoryBytes = std::size_t{16} << 20;
+  const FileContent content = read_content(file, kMaxTrajectoryBytes);
+  if (!content.was_read())
+    refuse("cli.trajectory",
+           content.is_missing ? fmt::format("file '{}' does not exist", file.string())
+                              : fmt::format("file '{}' cannot be read: {}", file.string(), content.problem),
            "give the path of a YAML file");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
   Bytes cdr;
   trajectory_msgs::msg::JointTrajectory trajectory;
-  Status read = find_type(kTrajectory)->yaml_to_cdr(text, cdr);
+  Status read = find_type(kTrajectory)->yaml_to_cdr(content.bytes, cdr);
   if (read.ok()) read = from_cdr(cdr, trajectory);
   if (!read.ok())
     refuse("cli.trajectory", fmt::format("{}:{}", file.string(), read.why()),

@@ -5,8 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <numbers>
 #include <thread>
@@ -19,7 +17,9 @@
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/shown_path.h"
+#include "doppel/ros/bus/parameter_file_text.h"
 #include "doppel/version.h"
 
 namespace doppel::app {
@@ -34,11 +34,6 @@ struct TuneVerb {
   int jobs = 0;
   bool relay = false, write = false;
 };
-
-std::string text_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 bool is_within(const fs::path& file, const fs::path& folder) {
   std::error_code none;
@@ -93,7 +88,8 @@ Subject subject_of(const TuneVerb& options) {
 
 void write_gains(const Subject& subject, const TuneReport& report) {
   const fs::path file = gains_file(subject, report);
-  const std::string before = text_of(file), after = with_new_gains(before, file, report);
+  const std::string before = read_file(file.string(), kMaxParameterFileBytes);
+  const std::string after = with_new_gains(before, file, report);
   if (after == before) {
     print_stderr("{} has these gains already\n", shown_path(file));
     return;

@@ -1,8 +1,6 @@
 #include "doppel/base/mcap/mcap_scanner.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,37 +8,30 @@
 #include <cstring>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/mcap/detail/compression.h"
 #include "doppel/base/mcap/detail/damage.h"
 
 namespace doppel {
 namespace {
 
-[[noreturn]] void unreadable(const std::string& path, int error) {
+[[noreturn]] void unreadable(const std::string& path, const std::string& problem) {
   throw InputError("file.unreadable", make_location(path),
-                   fmt::format("'{}' cannot be read: {}", path, std::strerror(error)));
+                   fmt::format("'{}' cannot be read: {}", path, problem));
 }
 
 class FileSource : public McapSource {
  public:
-  explicit FileSource(const std::string& path)
-      : path_(path), file_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-    struct stat about {};
-    if (!file_.is_open() || fstat(file_.get(), &about) != 0) unreadable(path, errno);
-    if (!S_ISREG(about.st_mode)) {
-      throw InputError("file.unreadable", make_location(path),
-                       fmt::format("'{}' cannot be read: it is not a regular file", path));
-    }
-    size_ = static_cast<std::uint64_t>(about.st_size);
+  explicit FileSource(const std::string& path) : path_(path), file_(open_regular_file(path)) {
+    if (!file_.problem.empty()) unreadable(path, file_.problem);
   }
-  [[nodiscard]] std::uint64_t size() const override { return size_; }
+  [[nodiscard]] std::uint64_t size() const override { return file_.size; }
   void read(std::uint64_t offset, std::span<std::byte> out) const override {
     for (std::size_t filled = 0; filled < out.size();) {
-      const ssize_t got =
-          pread(file_.get(), &out[filled], out.size() - filled, static_cast<off_t>(offset + filled));
+      const ssize_t got = pread(file_.descriptor.get(), &out[filled], out.size() - filled,
+                                static_cast<off_t>(offset + filled));
       if (got < 0 && errno == EINTR) continue;
-      if (got < 0) unreadable(path_, errno);
+      if (got < 0) unreadable(path_, std::strerror(errno));
       if (got == 0) mcap_damaged(fmt::format("the file ends at byte {}, within a record", offset + filled));
       filled += static_cast<std::size_t>(got);
     }
@@ -48,8 +39,7 @@ class FileSource : public McapSource {
 
  private:
   std::string path_;
-  FileDescriptor file_;
-  std::uint64_t size_ = 0;
+  RegularFile file_;
 };
 
 class MemorySource : public McapSource {

@@ -1,8 +1,8 @@
 #include "doppel/base/packages/package_folder.h"
 
 #include <cctype>
-#include <fstream>
-#include <sstream>
+
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 
@@ -14,10 +14,8 @@ bool is_package(const fs::path& folder) {
 }
 
 std::string package_name(const fs::path& folder) {
-  std::ifstream in(folder / "package.xml");
-  std::ostringstream text;
-  text << in.rdbuf();
-  const std::string xml = text.str();
+  constexpr std::size_t kMaxManifestBytes = std::size_t{1} << 20;
+  const std::string xml = read_content(folder / "package.xml", kMaxManifestBytes).bytes;
   const std::size_t open = xml.find("<name>");
   const std::size_t close = xml.find("</name>");
   if (open == std::string::npos || close == std::string::npos || close < open)

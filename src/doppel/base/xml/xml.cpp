@@ -1,17 +1,8 @@
 #include "doppel/base/xml/xml.h"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 
-#include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/file_descriptor.h"
-#include "doppel/base/core/files_read.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/xml/xml_tree.h"
 
 namespace doppel {
@@ -75,27 +66,6 @@ std::string XmlNode::content() const {
 
 XmlNode parse_xml(std::string_view text, const std::string& file, XmlContent keep) {
   return parse_xml_tree(std::string(text), file, keep).node();
-}
-
-std::string read_file(const std::string& file, std::size_t largest) {
-  const auto refuse = [&](const std::string& why) {
-    throw InputError("file.unreadable", make_location(file),
-                     fmt::format("'{}' cannot be read: {}", file, why));
-  };
-  FilesRead::note(file);
-  // Not blocking, because the path may be a pipe without a writer.
-  const FileDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  struct stat status {};
-  if (!in.is_open() || fstat(in.get(), &status) != 0) refuse(std::strerror(errno));
-  if (S_ISDIR(status.st_mode)) refuse("it is a folder");
-  if (!S_ISREG(status.st_mode)) refuse("it is not a regular file");
-  if (static_cast<std::size_t>(status.st_size) > largest)
-    refuse(fmt::format("it is larger than {} MB", largest >> 20));
-  std::string out(static_cast<std::size_t>(status.st_size), '\0');
-  const ssize_t got = read_all(in.get(), std::as_writable_bytes(std::span(out)));
-  if (got < 0) refuse(std::strerror(errno));
-  out.resize(static_cast<std::size_t>(got));
-  return out;
 }
 
 XmlTree load_xml_tree(const std::string& file, XmlContent keep, XmlRules rules) {

@@ -1,14 +1,19 @@
 #include "doppel/base/yaml/placed_yaml.h"
 
+#include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
 #include <memory>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/read_file.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/base/core/yaml_fix.h"
 
 namespace doppel {
 namespace {
+
+constexpr std::size_t kMaxYamlBytes = std::size_t{4} << 20;  // parsed, it takes a hundred times as much
 
 class Placer {
  public:
@@ -37,6 +42,8 @@ class Placer {
     if (node.IsScalar()) {
       out.kind = PlacedYaml::Kind::scalar;
       out.text = node.Scalar();
+      if (!is_utf8(out.text))
+        throw InputError(rules.syntax, out.where, "this text is not UTF-8", "save the file as UTF-8");
     } else if (node.IsSequence()) {
       out.kind = PlacedYaml::Kind::list;
       for (const auto& item : node) out.items.push_back(placed(item, rules, depth + 1));
@@ -72,14 +79,17 @@ const PlacedYaml& PlacedYaml::operator[](std::string_view key) const {
 
 PlacedYaml load_yaml(const std::filesystem::path& file, const YamlRules& rules, const std::string& what) {
   Placer placer(file);
+  const FileContent content = read_content(file, kMaxYamlBytes);
+  if (!content.was_read()) {
+    throw InputError(rules.unreadable, placer.place(YAML::Mark::null_mark()),
+                     fmt::format("the {} cannot be read: {}", what, content.problem),
+                     "give a file that exists and is readable");
+  }
   try {
-    return placer.placed(YAML::LoadFile(file.string()), rules);
+    return placer.placed(YAML::Load(content.bytes), rules);
   } catch (const YAML::ParserException& error) {
     throw InputError(rules.syntax, placer.place(error.mark), "this is not YAML: " + error.msg,
                      yaml_fix(error.msg));
-  } catch (const YAML::BadFile&) {
-    throw InputError(rules.unreadable, placer.place(YAML::Mark::null_mark()),
-                     "the " + what + " cannot be read", "give a file that exists and is readable");
   }
 }
 

@@ -7,19 +7,23 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/plugin_module.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/images/grey_image.h"
 
 namespace doppel {
 namespace {
 
+constexpr std::size_t kMaxImageBytes = std::size_t{256} << 20;
+
 GreyImage read_image(const std::string& path) {
-  using Read = bool (*)(const std::string& path, int most, GreyImage& out, std::string& problem);
+  using Read = bool (*)(std::string_view bytes, int most, GreyImage& out, std::string& problem);
   static const auto read =
       reinterpret_cast<Read>(plugin_symbol("doppel_image_codecs", "doppel_read_grey_image"));
   GreyImage out;
-  std::string problem;
-  if (read(path, kMaxHeightmapSide, out, problem)) return out;
+  const FileContent content = read_content(path, kMaxImageBytes);
+  std::string problem = content.problem;
+  if (content.was_read() && read(content.bytes, kMaxHeightmapSide, out, problem)) return out;
   throw InputError(
       "heightmap.unreadable", make_location(path, 0),
       fmt::format("the heightmap cannot be read: {}", problem),

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include "doppel/base/core/plugin_module.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/description/meshes/detail/mesh.h"
 #include "doppel/description/meshes/mesh.h"
 
@@ -40,11 +38,7 @@ void check_foreign(const std::string& path) {
 }  // namespace
 
 bool is_fetched(const std::string& path) {
-  std::error_code failed;
-  if (!fs::is_regular_file(path, failed) || fs::file_size(path, failed) >= kMaxPointerBytes || failed)
-    return true;
-  std::ifstream file(path, std::ios::binary);
-  return !is_lfs_pointer(std::string(std::istreambuf_iterator<char>(file), {}));
+  return !is_lfs_pointer(beginning_of_file(path, kMaxPointerBytes));
 }
 
 void mesh::refuse_pointer(std::string_view bytes, const std::string& path) {

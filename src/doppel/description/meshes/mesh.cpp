@@ -9,7 +9,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/plugin_module.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/description/meshes/detail/mesh.h"
 #include "doppel/description/meshes/imported_mesh.h"
 

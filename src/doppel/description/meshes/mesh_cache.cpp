@@ -9,6 +9,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "doppel/base/core/read_file.h"
+
 namespace doppel {
 namespace {
 
@@ -75,14 +77,7 @@ std::optional<std::string> opened_result(std::string_view bytes, std::string_vie
 std::optional<std::string> cached_result(const std::string& fingerprint, std::string_view kind) {
   const fs::path entry = entry_of(fingerprint, kind);
   if (entry.empty()) return std::nullopt;
-  std::ifstream in(entry, std::ios::binary | std::ios::ate);
-  if (!in) return std::nullopt;
-  const auto size = static_cast<std::streamoff>(in.tellg());
-  if (size <= 0 || size > static_cast<std::streamoff>(kMaxCachedBytes)) return std::nullopt;
-  std::string bytes(static_cast<std::size_t>(size), '\0');
-  in.seekg(0);
-  in.read(bytes.data(), size);
-  return in ? opened_result(bytes, kind, fingerprint) : std::nullopt;
+  return opened_result(read_content(entry, kMaxCachedBytes).bytes, kind, fingerprint);
 }
 
 void cache_result(const std::string& fingerprint, std::string_view kind, std::string_view content) {

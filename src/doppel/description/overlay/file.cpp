@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {

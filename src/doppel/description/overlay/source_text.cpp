@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {

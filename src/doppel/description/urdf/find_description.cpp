@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/packages/package_folder.h"
-#include "doppel/base/xml/xml.h"
 #include "doppel/description/urdf/load.h"
 
 namespace doppel {

@@ -7,6 +7,8 @@
 
 #include <sstream>
 
+#include "doppel/base/core/read_file.h"
+
 namespace doppel::xacro {
 namespace {
 

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <set>
 
 #include "doppel/base/core/installation.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/path_below.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/description/urdf/robot_description.h"
 #include "doppel/twin/publishers/object_publisher.h"
@@ -20,24 +20,21 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTextType = "text/plain";
+constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 
 fs::path absolute_path(const fs::path& path) {
   std::error_code none;
   return fs::absolute(path, none).lexically_normal();
 }
 
-std::optional<std::vector<std::byte>> bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary | std::ios::ate);
-  if (!in) return std::nullopt;
-  std::vector<std::byte> out(static_cast<std::size_t>(in.tellg()));
-  in.seekg(0);
-  in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
-  return in ? std::optional(std::move(out)) : std::nullopt;
-}
-
 std::vector<std::byte> bytes_of_text(const std::string& text) {
   const auto* const data = reinterpret_cast<const std::byte*>(text.data());
   return {data, data + text.size()};
+}
+
+std::optional<std::vector<std::byte>> bytes_of(const fs::path& file, std::size_t max_bytes) {
+  const FileContent content = read_content(file, max_bytes);
+  return content.was_read() ? std::optional(bytes_of_text(content.bytes)) : std::nullopt;
 }
 
 fs::path common_folder(const std::set<fs::path>& files) {
@@ -90,8 +87,8 @@ std::vector<BagAttachment> attached_meshes(const std::map<std::string, fs::path>
                                            std::vector<std::string>& omitted) {
   std::vector<BagAttachment> out;
   for (const auto& [uri, file] : meshes) {
-    auto bytes = bytes_of(file);
-    if (!bytes || bytes->size() > room) {
+    auto bytes = bytes_of(file, room);
+    if (!bytes) {
       omitted.push_back(uri);
       continue;
     }
@@ -135,7 +132,7 @@ RunFiles run_files(const RunSources& sources, const std::string& version, std::u
       out.places.emplace_back(place, found->second);
       continue;
     }
-    auto bytes = bytes_of(file);
+    auto bytes = bytes_of(file, kMaxFileBytes);
     if (!bytes) continue;  // it was removed since; its hash is in the scenario
     const std::string name = "files/" + place;
     out.attachments.push_back({name, kTextType, std::move(*bytes)});

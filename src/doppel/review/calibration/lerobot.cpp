@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 namespace {

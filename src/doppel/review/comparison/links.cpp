@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/review/comparison/detail/comparison.h"
 
 namespace doppel::comparison {

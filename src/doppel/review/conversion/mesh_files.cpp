@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/meshes/mesh.h"
@@ -25,13 +25,13 @@ std::string lower_extension(const fs::path& file) {
 
 // The size of a binary STL corresponds to its number of triangles.
 bool is_binary_stl(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  char head[84];
-  if (!in.read(head, sizeof head)) return false;
+  constexpr std::size_t kHead = 84;
+  const std::string head = beginning_of_file(file, kHead);
+  if (head.size() < kHead) return false;
   std::uint32_t count = 0;
-  std::memcpy(&count, head + 80, sizeof count);
+  std::memcpy(&count, &head[80], sizeof count);
   std::error_code none;
-  return fs::file_size(file, none) == 84 + std::uintmax_t{50} * count;
+  return fs::file_size(file, none) == kHead + std::uintmax_t{50} * count;
 }
 
 bool readable_as(const fs::path& file, const std::vector<std::string>& kinds) {

@@ -10,9 +10,9 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/math/mass_properties.h"
 #include "doppel/base/math/quantity.h"
-#include "doppel/base/xml/xml.h"
 #include "doppel/robot/semantics/planning_groups.h"
 #include "doppel/ros/record/bag_metadata.h"
 

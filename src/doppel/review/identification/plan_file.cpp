@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/sha256.h"
-#include "doppel/base/xml/xml.h"
 #include "doppel/review/identification/motion_plan.h"
 
 namespace doppel {

@@ -9,7 +9,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/overloaded.h"
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 namespace {

@@ -3,15 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 
 #include "doppel/base/core/files_read.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/yaml_fix.h"
 #include "doppel/ros/bus/detail/yaml_value.h"
+#include "doppel/ros/bus/parameter_file_text.h"
 
 namespace doppel {
 namespace {
@@ -290,28 +288,16 @@ void report_unused(const ParameterOverrides& overrides, const std::string& node,
 }
 
 ParameterFile ParameterFile::load(const std::filesystem::path& file) {
-  std::error_code ignored;
-  const std::filesystem::file_status status = std::filesystem::status(file, ignored);
-  // The file is read again at every reload, so a pipe is rejected.
-  if (std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
-      !std::filesystem::is_regular_file(status)) {
-    throw InputError("yaml.unreadable", make_location(file.string()),
-                     "this parameter file cannot be read: it is not a regular file",
-                     "write the parameters into a file: a pipe or a device cannot be read a second time");
-  }
   FilesRead::note(file);
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(status)) {
-    const bool folder = std::filesystem::is_directory(status);
-    const bool missing = !std::filesystem::exists(status);
-    throw InputError(
-        "yaml.unreadable", make_location(file.string()),
-        fmt::format("this parameter file cannot be read: {}", folder    ? "it is a folder"
-                                                              : missing ? "there is no such file"
-                                                                        : std::strerror(errno)),
-        missing ? "correct the path; it starts in the working directory" : "give a readable YAML file");
-  }
-  return parse(std::string(std::istreambuf_iterator<char>(in), {}), file.string());
+  const FileContent content = read_content(file, kMaxParameterFileBytes);
+  if (content.was_read()) return parse(content.bytes, file.string());
+  throw InputError(
+      "yaml.unreadable", make_location(file.string()),
+      fmt::format("this parameter file cannot be read: {}",
+                  content.is_missing ? "there is no such file" : content.problem),
+      content.is_missing
+          ? "correct the path; it starts in the working directory"
+          : "write the parameters into a file that is readable: it is read again at each reload");
 }
 
 ParameterOverrides read_plain_parameters(const std::string& yaml, const std::string& name) {

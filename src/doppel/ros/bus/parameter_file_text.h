@@ -1,6 +1,7 @@
 #pragma once
-// Parameters as a ROS 2 parameter file, as `ros2 param dump` prints it.
+// The text of ROS 2 parameter files, and parameters as one, as `ros2 param dump` prints it.
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "doppel/ros/bus/parameters.h"
 
 namespace doppel {
+
+// The largest file that is read. Parsed, YAML takes a hundred times as much.
+inline constexpr std::size_t kMaxParameterFileBytes = std::size_t{4} << 20;
 
 // The part of one node: "/arm:\n  ros__parameters:\n    gains:\n      p: 1.0\n". Names with dots are nested
 // maps; parameters that are not set are skipped.

@@ -12,9 +12,10 @@
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/time.h"
 #include "doppel/base/core/user_folders.h"
 
@@ -52,13 +53,13 @@ bool is_listening(const RunningTwin& twin) {
 bool write_private(const fs::path& file, const std::string& text) {
   const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (fd < 0) return false;
-  const bool written = write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const bool written = write_all(fd, text);
   return close(fd) == 0 && written;
 }
 
 std::optional<RunningTwin> read_announcement(const fs::path& file) {
-  std::ifstream in(file);
-  const auto object = nlohmann::json::parse(in, nullptr, false);
+  constexpr std::size_t kMaxAnnouncementBytes = std::size_t{64} << 10;
+  const auto object = nlohmann::json::parse(read_content(file, kMaxAnnouncementBytes).bytes, nullptr, false);
   if (!object.is_object()) return std::nullopt;
   try {
     RunningTwin twin{.pid = object.at("pid").get<int>(),

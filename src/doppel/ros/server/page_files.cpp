@@ -6,11 +6,10 @@
 #include <array>
 #include <cctype>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <optional>
 
 #include "doppel/base/core/fnv_hash.h"
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 namespace {
@@ -41,13 +40,11 @@ std::string_view type_of(const fs::path& file) {
   return "";
 }
 
-std::optional<std::string> read_file(const fs::path& file) {
+std::optional<std::string> bytes_of(const fs::path& file) {
   std::error_code failed;
   if (!fs::is_regular_file(fs::symlink_status(file, failed)) || failed) return std::nullopt;
-  if (fs::file_size(file, failed) > kMaxBytes || failed) return std::nullopt;
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  FileContent content = read_content(file, kMaxBytes);
+  return content.was_read() ? std::optional(std::move(content.bytes)) : std::nullopt;
 }
 
 // "main-EPFJUWFJ.css", the build's names of immutable files.
@@ -61,13 +58,13 @@ bool has_hash(std::string_view stem) {
 std::optional<PageFile> read_page_file(const fs::path& file) {
   const std::string_view type = type_of(file);
   if (type.empty()) return std::nullopt;
-  auto bytes = read_file(file);
+  auto bytes = bytes_of(file);
   if (!bytes) return std::nullopt;
   PageFile out;
   out.content_type = type;
   out.tag = content_tag(*bytes);
   out.bytes = std::move(*bytes);
-  out.gzip = read_file(file.string() + ".gz").value_or("");
+  out.gzip = bytes_of(file.string() + ".gz").value_or("");
   return out;
 }
 

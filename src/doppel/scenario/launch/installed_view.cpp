@@ -1,15 +1,19 @@
 #include "doppel/scenario/launch/detail/installed_view.h"
 
 #include <cctype>
-#include <fstream>
-#include <iterator>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
+constexpr std::size_t kMaxRules = 100;  // each makes links to all files of its folders
 
 struct Installed {
   fs::path source;       // below the package
@@ -27,15 +31,21 @@ bool is_plain(const std::string& name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
 }
 
-// The words of a command of CMake, without comments and quotes.
+std::string without_comments(const std::string& text) {
+  std::string out;
+  bool comment = false;
+  for (const char c : text) {
+    comment = c == '#' || (comment && c != '\n');
+    if (!comment) out += c;
+  }
+  return out;
+}
+
+// The words of a command of CMake, without quotes.
 std::vector<std::string> words_in(const std::string& text) {
   std::vector<std::string> out;
   std::string word;
-  bool comment = false;
   for (const char c : text + " ") {
-    if (c == '#') comment = true;
-    if (c == '\n') comment = false;
-    if (comment) continue;
     if (std::isspace(static_cast<unsigned char>(c)) == 0) {
       if (c != '"') word += c;
     } else if (!word.empty()) {
@@ -77,13 +87,15 @@ void add_rule(const std::vector<std::string>& words, const std::string& name, st
 }
 
 std::vector<Installed> rules_of(const fs::path& package, const std::string& name) {
-  std::ifstream in(package / "CMakeLists.txt");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  constexpr std::string_view kCommand = "install(";
+  const std::string text = without_comments(read_content(package / "CMakeLists.txt", kMaxBytes).bytes);
   std::vector<Installed> out;
-  for (std::size_t command = text.find("install("); command != std::string::npos;
-       command = text.find("install(", command + 1)) {
-    const std::size_t begin = command + std::string_view("install(").size();
-    add_rule(words_in(text.substr(begin, text.find(')', begin) - begin)), name, out);
+  for (std::size_t command = text.find(kCommand); command != std::string::npos && out.size() < kMaxRules;) {
+    const std::size_t begin = command + kCommand.size();
+    const std::size_t end = text.find(')', begin);
+    if (end == std::string::npos) break;
+    add_rule(words_in(text.substr(begin, end - begin)), name, out);
+    command = text.find(kCommand, end);
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/scenario/sdf/sdf_world.h"
 

@@ -4,10 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <set>
 
+#include "doppel/base/core/read_file.h"
+#include "doppel/ros/bus/parameter_file_text.h"
 #include "doppel/scenario/resolve/controllers_file.h"
 #include "doppel/scenario/resolve/detail/ros1_mapping.h"
 
@@ -135,12 +135,9 @@ ParameterFile parse_controllers(const std::string& yaml, const std::string& name
 
 ParameterFile load_controllers(const std::filesystem::path& file, const RobotDescription& robot,
                                Diagnostics& diagnostics) {
-  std::error_code none;
-  if (!std::filesystem::is_regular_file(file, none)) return ParameterFile::load(file);  // which says why not
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return ParameterFile::load(file);
-  return parse_controllers(std::string(std::istreambuf_iterator<char>(in), {}), file.string(), robot,
-                           diagnostics);
+  const FileContent content = read_content(file, kMaxParameterFileBytes);
+  if (!content.was_read()) return ParameterFile::load(file);  // throws the reason
+  return parse_controllers(content.bytes, file.string(), robot, diagnostics);
 }
 
 const ParameterOverride* Ros1Mapping::take(std::string_view parameter) {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/yaml/yaml_fields.h"
 #include "doppel/physics/contract/world.h"
 #include "doppel/scenario/schema/detail/scenario_paths.h"
@@ -288,12 +288,7 @@ class ScenarioReader : YamlFields {
 }  // namespace
 
 bool is_scenario_file(const fs::path& file) {
-  std::error_code none;
-  if (!fs::is_regular_file(file, none)) return false;
-  std::string head(kMaxHeadBytes, '\0');
-  std::ifstream in(file, std::ios::binary);
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
+  const std::string head = beginning_of_file(file, kMaxHeadBytes);
   const std::size_t key = head.find("doppel_scenario");
   if (key == std::string::npos) return false;
   // A key of YAML begins its line; in JSON it is quoted.

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/sha256.h"
 #include "doppel/base/math/pose.h"
 #include "doppel/scenario/schema/detail/scenario_paths.h"
@@ -21,6 +20,13 @@ namespace fs = std::filesystem;
 using Tree = nlohmann::ordered_json;
 using schema_detail::written_path;
 using schema_detail::written_word;
+
+constexpr std::size_t kMaxHashedBytes = std::size_t{1} << 30;  // of a mesh
+
+// Names of files and arguments may have bytes that are no text.
+std::string json_text(const Tree& tree, int indent = -1) {
+  return tree.dump(indent, ' ', false, Tree::error_handler_t::replace);
+}
 
 Tree tree_of(const Eigen::Vector3d& v) {
   return Tree{v.x(), v.y(), v.z()};
@@ -161,7 +167,8 @@ bool is_plain(const std::string& text) {
 }
 
 std::string yaml_scalar(const Tree& value) {
-  return value.is_string() && is_plain(value.get<std::string>()) ? value.get<std::string>() : value.dump();
+  return value.is_string() && is_plain(value.get<std::string>()) ? value.get<std::string>()
+                                                                 : json_text(value);
 }
 
 // A text whose lines a block of YAML keeps as they are.
@@ -189,7 +196,7 @@ void print_yaml(const Tree& value, const std::string& indent, std::string& out) 
   } else if (value.is_object() && !value.empty()) {
     out += "\n";
     for (const auto& [key, item] : value.items()) {
-      out += indent + (is_plain(key) ? key : Tree(key).dump()) + ":";
+      out += indent + (is_plain(key) ? key : json_text(key)) + ":";
       print_yaml(item, indent + "  ", out);
     }
   } else if (is_scalar_list(value)) {
@@ -228,23 +235,22 @@ std::vector<ReadFile> files_with_hashes(const std::vector<fs::path>& files) {
   std::set<fs::path> seen;
   for (const fs::path& file : files) {
     if (!seen.insert(file.lexically_normal()).second) continue;
-    std::ifstream in(file, std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    out.push_back({file, in.is_open() ? sha256_hex(bytes) : kNoFile});
+    const FileContent content = read_content(file, kMaxHashedBytes);
+    out.push_back({file, content.was_read() ? sha256_hex(content.bytes) : kNoFile});
   }
   return out;
 }
 
 std::string content_hash(const Scenario& scenario, const std::vector<ReadFile>& files,
                          const fs::path& folder) {
-  return sha256_hex(tree_of(scenario, files, folder).dump());
+  return sha256_hex(json_text(tree_of(scenario, files, folder)));
 }
 
 std::string scenario_text(const Scenario& scenario, const std::vector<ReadFile>& files,
                           const fs::path& folder, ScenarioFormat format) {
   Tree tree = tree_of(scenario, files, folder);
-  tree["content_hash"] = sha256_hex(tree.dump());
-  return format == ScenarioFormat::json ? tree.dump(2) + "\n" : yaml_of(tree);
+  tree["content_hash"] = sha256_hex(json_text(tree));
+  return format == ScenarioFormat::json ? json_text(tree, 2) + "\n" : yaml_of(tree);
 }
 
 }  // namespace doppel

@@ -2,10 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
+#include <sstream>
 
 #include "doppel/base/core/installation.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/scenario/sdf/detail/model_search.h"
 #include "doppel/scenario/sdf/sdf_world.h"
@@ -61,9 +62,9 @@ std::string without_comment_signs(std::string line) {
 }
 
 std::string first_sentence(const fs::path& file) {
-  std::ifstream in(file);
+  std::istringstream in(beginning_of_file(file, kMaxAboutBytes));
   std::string out, line;
-  while (out.size() < kMaxAboutBytes && std::getline(in, line)) {
+  while (std::getline(in, line)) {
     if (line.starts_with("<?xml")) continue;
     const bool starts_comment = line.starts_with('#') || line.starts_with("<!--");
     if (out.empty() && !starts_comment) break;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 
 namespace doppel::sdf {

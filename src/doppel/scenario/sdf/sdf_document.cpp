@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/xml/xml_tree.h"
 #include "doppel/description/overlay/overlay.h"

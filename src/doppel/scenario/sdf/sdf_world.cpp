@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/description/urdf/load.h"
 #include "doppel/scenario/sdf/detail/model_search.h"

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 
 namespace doppel {
 namespace {

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <system_error>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/shown_path.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/review/calibration/corrections.h"
@@ -20,9 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 
 std::optional<std::string> content_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) return {};
-  return std::string(std::istreambuf_iterator<char>(in), {});
+  constexpr std::size_t kMaxBytes = std::size_t{16} << 20;
+  FileContent content = read_content(file, kMaxBytes);
+  return content.was_read() ? std::optional(std::move(content.bytes)) : std::nullopt;
 }
 
 void check_joint(const RobotDescription& present, const Joint& measured) {

@@ -8,8 +8,6 @@
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -17,6 +15,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/mcap/mcap_reader.h"
 #include "doppel/ros/record/bag_metadata.h"
 #include "doppel/ros/record/bag_reader.h"
@@ -34,18 +33,10 @@ bool is_named_as_recording(const fs::path& path) {
   return path.extension() == kMcap || path.extension() == ".bag" || path.extension() == ".db3";
 }
 
-std::string beginning_of(const fs::path& file, std::size_t most) {
-  std::ifstream in(file, std::ios::binary);
-  std::string out(most, '\0');
-  in.read(out.data(), static_cast<std::streamsize>(most));
-  out.resize(static_cast<std::size_t>(std::max<std::streamsize>(in.gcount(), 0)));
-  return out;
-}
-
 bool is_metadata(const fs::path& file) {
   constexpr std::size_t kEnough = 4096;
   return file.filename() == kBagMetadataFile &&
-         beginning_of(file, kEnough).find("rosbag2_bagfile_information") != std::string::npos;
+         beginning_of_file(file, kEnough).find("rosbag2_bagfile_information") != std::string::npos;
 }
 
 bool is_folder_of_recording(const fs::path& folder) {
@@ -93,12 +84,11 @@ std::vector<std::string> recordings_beside(const fs::path& file) {
 
 // -- what is in a file
 
-bool ends_as_mcap(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  in.seekg(-static_cast<std::streamoff>(kMcapMagicSize), std::ios::end);
-  std::array<char, kMcapMagicSize> end{};
-  in.read(end.data(), end.size());
-  return in && std::memcmp(end.data(), kMcapMagic, kMcapMagicSize) == 0;
+bool ends_as_mcap(const McapSource& source) {
+  std::array<std::byte, kMcapMagicSize> end{};
+  if (source.size() < end.size()) return false;
+  source.read(source.size() - end.size(), end);
+  return std::memcmp(end.data(), kMcapMagic, kMcapMagicSize) == 0;
 }
 
 // Without reading a file as a whole that has no index: the page does that, and shows how far it is.
@@ -110,7 +100,7 @@ struct QuickLook {
   void add(const std::string& path) {
     const std::string name = fs::path(path).filename().string();
     auto source = open_mcap_source(path);
-    if (!ends_as_mcap(path)) {
+    if (!ends_as_mcap(*source)) {
       (void)McapScanner(*source);  // refuses other kinds of files
       notes.push_back(
           fmt::format("{}: it was not closed or is cut off, so that the page reads it as a whole; doppel bag "
@@ -217,7 +207,7 @@ bool is_recording(const std::string& word) {
   if (!fs::exists(status)) return !word.empty() && path_exists(word + std::string(kMcap));
   if (!fs::is_regular_file(status)) return false;
   if (is_metadata(path)) return true;
-  const std::string begin = beginning_of(path, kBeginnings.back().size());
+  const std::string begin = beginning_of_file(path, kBeginnings.back().size());
   return std::ranges::any_of(kBeginnings, [&](std::string_view magic) { return begin.starts_with(magic); });
 }
 

@@ -6,9 +6,9 @@
 #include <array>
 
 #include "doppel/base/core/path_below.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/packages/package_folder.h"
-#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

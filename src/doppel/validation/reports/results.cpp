@@ -4,12 +4,11 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/review/audit/report_places.h"
 #include "doppel/validation/reports/detail/report_parts.h"
 #include "doppel/validation/reports/html_report.h"
@@ -178,15 +177,16 @@ double value_or_nan(const Json& json) {
 }
 
 Json parsed(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  if (!stream || !(text << stream.rdbuf()))
-    throw InputError("baseline.unreadable", make_location(file.string()), "the file cannot be read",
+  constexpr std::size_t kMaxResultsBytes = std::size_t{64} << 20;
+  const FileContent content = read_content(file, kMaxResultsBytes);
+  if (!content.was_read())
+    throw InputError("baseline.unreadable", make_location(file.string()),
+                     "the file cannot be read: " + content.problem,
                      "name the results.json of an earlier doppel validate --report");
   try {
-    return Json::parse(text.str());
+    return Json::parse(content.bytes);
   } catch (const Json::parse_error& error) {
-    const std::string bytes = text.str();
+    const std::string& bytes = content.bytes;
     const std::size_t count = std::min(error.byte, bytes.size());
     const auto line = 1 + std::count(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count), '\n');
     throw InputError("baseline.not_json", make_location(file.string(), static_cast<int>(line)),

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <sstream>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/base/core/sha256.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/urdf/urdf_writer.h"
@@ -63,12 +63,6 @@ std::set<std::string> lines_of(const std::string& text) {
     if (!line.empty() && line.front() != '#') out.insert(without_indent(line));
   }
   return out;
-}
-
-std::optional<std::string> text_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  return std::string(std::istreambuf_iterator<char>(stream), {});
 }
 
 // Adds what one tree has and the other has not.
@@ -154,8 +148,9 @@ CheckResult check_tree(const CheckContext& context) {
   CheckResult out = begin_result("G03");
   const fs::path file = subject.validation_folder() / "tree.txt";
   const std::string present = plain_tree(*subject.model);
-  if (const std::optional<std::string> committed = text_of(file)) {
-    add_differences(*committed, present, file, out);
+  constexpr std::size_t kMaxTreeBytes = std::size_t{16} << 20;
+  if (const FileContent committed = read_content(file, kMaxTreeBytes); committed.was_read()) {
+    add_differences(committed.bytes, present, file, out);
     out.summary = out.items.empty() ? fmt::format("{} links as in {}", subject.model->links.size(),
                                                   file.filename().string())
                                     : fmt::format("{} differences from {}", out.items.size(), file.string());

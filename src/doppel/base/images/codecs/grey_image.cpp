@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
+#include <string_view>
 
 #include "doppel/export.h"
 
@@ -156,13 +157,13 @@ class JpegReader {
 }  // namespace
 }  // namespace doppel
 
-// False: it cannot be read, for the reason in `problem`. `most`: pixels in a row or column.
-extern "C" DOPPEL_API bool doppel_read_grey_image(const std::string& path, int most, doppel::GreyImage& out,
+// False: the bytes of a file are no picture, for the reason in `problem`. `most`: pixels in a row or column.
+extern "C" DOPPEL_API bool doppel_read_grey_image(std::string_view bytes, int most, doppel::GreyImage& out,
                                                   std::string& problem) {
-  const doppel::File file(std::fopen(path.c_str(), "rb"));
+  const doppel::File file(fmemopen(const_cast<char*>(bytes.data()), bytes.size(), "rb"));
   unsigned char head[8] = {};
   if (file == nullptr || std::fread(head, 1, sizeof head, file.get()) != sizeof head) {
-    problem = "the file cannot be opened or is empty";
+    problem = "it is empty";
     return false;
   }
   std::rewind(file.get());

@@ -86,8 +86,17 @@ TEST_F(YamlFieldsTest, TextThatIsNotYamlHasPlaceAndFix) {
   EXPECT_THAT(error_of("a: [1, 2\n"), HasSubstr("close the list"));
 }
 
+TEST_F(YamlFieldsTest, TextThatIsNotUtf8HasPlaceAndFix) {
+  for (const char* text : {"a: 1\nb: x\xff\n", "a: 1\nb\xc3: 2\n"}) {
+    EXPECT_THAT(error_of(text), HasSubstr("fields.yaml:2:")) << text;
+    EXPECT_THAT(error_of(text), HasSubstr("this text is not UTF-8")) << text;
+  }
+  EXPECT_EQ(load("a: Größe\n")["a"].text, "Größe");
+}
+
 TEST_F(YamlFieldsTest, FileThatIsMissingIsError) {
   EXPECT_THROW(load_yaml("/there/is/no.yaml", kRules, "plan"), InputError);
+  EXPECT_THROW(load_yaml("/dev/zero", kRules, "plan"), InputError);
 }
 
 TEST_F(YamlFieldsTest, AliasThatNamesItselfIsRefused) {

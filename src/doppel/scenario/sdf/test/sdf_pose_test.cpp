@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <random>
 
-#include "doppel/base/xml/xml.h"
+#include "doppel/base/core/read_file.h"
 #include "doppel/scenario/sdf/test/sdf_fixture.h"
 #include "doppel/scenario/sdf/test/sdf_generator.h"
 
