@@ -5,21 +5,27 @@
 namespace doppel {
 namespace {
 
-thread_local FilesRead* recorder = nullptr;
+thread_local const FilesRead::Recording* innermost_recording = nullptr;
 
 }  // namespace
 
-FilesRead::Recording::Recording(FilesRead& files) : before_(std::exchange(recorder, &files)) {}
+FilesRead::Recording::Recording(FilesRead& files)
+    : files_(files), around_(std::exchange(innermost_recording, this)) {}
 FilesRead::Recording::~Recording() {
-  recorder = before_;
+  innermost_recording = around_;
 }
 
 void FilesRead::note(const std::filesystem::path& file) {
-  if (recorder == nullptr) return;
+  if (innermost_recording == nullptr) return;
   const FileVersion version = FileVersion::of(file);
-  const std::lock_guard lock(recorder->mutex_);
+  for (const Recording* one = innermost_recording; one != nullptr; one = one->around_)
+    one->files_.add(file, version);
+}
+
+void FilesRead::add(const std::filesystem::path& file, const FileVersion& version) {
+  const std::lock_guard lock(mutex_);
   // The first version stays: what was read then may differ from what is there now.
-  if (recorder->files_.size() < kMaxFiles) recorder->files_.emplace(file, version);
+  if (files_.size() < kMaxFiles) files_.emplace(file, version);
 }
 
 std::map<std::filesystem::path, FileVersion> FilesRead::take() {

@@ -14,7 +14,7 @@ namespace doppel {
 
 class DOPPEL_API FilesRead {
  public:
-  // While it exists, what its thread tries to read is recorded.
+  // While it exists, what its thread tries to read is recorded, also by the recordings around it.
   class DOPPEL_API Recording {
    public:
     explicit Recording(FilesRead& files);
@@ -23,7 +23,9 @@ class DOPPEL_API FilesRead {
     Recording& operator=(const Recording&) = delete;
 
    private:
-    FilesRead* const before_;
+    friend class FilesRead;
+    FilesRead& files_;
+    const Recording* const around_;
   };
 
   // Called by those who read or look for files of the user, before they do.
@@ -32,6 +34,8 @@ class DOPPEL_API FilesRead {
   [[nodiscard]] std::map<std::filesystem::path, FileVersion> take();
 
  private:
+  void add(const std::filesystem::path& file, const FileVersion& version);
+
   static constexpr std::size_t kMaxFiles = 10'000;
   std::mutex mutex_;
   std::map<std::filesystem::path, FileVersion> files_;

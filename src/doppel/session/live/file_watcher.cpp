@@ -16,15 +16,21 @@ namespace {
 namespace fs = std::filesystem;
 using std::chrono::steady_clock;
 
-constexpr std::uint32_t kSaved = IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE | IN_MOVED_FROM;
-constexpr std::uint32_t kMoved = IN_DELETE_SELF | IN_MOVE_SELF;  // of a folder
-constexpr std::uint32_t kMade = IN_CREATE | IN_MOVED_TO;         // in it
+// In a folder. IN_CREATE alone reports a file or link that is made whole, by link() or symlink().
+constexpr std::uint32_t kNamed = IN_CREATE | IN_DELETE | IN_MOVED_FROM | IN_MOVED_TO;
+constexpr std::uint32_t kSaved = kNamed | IN_CLOSE_WRITE;
+constexpr std::uint32_t kMoved = IN_DELETE_SELF | IN_MOVE_SELF;  // a folder itself
 
-fs::path plain(const fs::path& file) {
-  std::error_code none;
-  const fs::path whole = fs::absolute(file, none).lexically_normal();
-  const fs::path folder = fs::weakly_canonical(whole.parent_path(), none);
-  return none ? whole : folder / whole.filename();
+fs::path absolute_path(const fs::path& file) {
+  std::error_code failed;
+  fs::path out = fs::absolute(file, failed);
+  return failed ? file : out;
+}
+
+// A file that has just been created to be written; its end is reported by IN_CLOSE_WRITE.
+bool is_empty_file(const fs::path& file) {
+  std::error_code failed;
+  return fs::file_size(file, failed) == 0 && !failed;
 }
 
 }  // namespace
@@ -37,23 +43,15 @@ FileWatcher::~FileWatcher() {
   if (stop_ >= 0) close(stop_);
 }
 
-void FileWatcher::add(const fs::path& file, const FileVersion& version) {
-  files_.emplace(plain(file), version);
-  std::error_code none;
-  if (!fs::is_symlink(file, none)) return;
-  const fs::path source = fs::canonical(file, none);  // of an installed link
-  if (!none) files_.emplace(plain(source), version);
-}
-
 void FileWatcher::add_what_was_read() {
   if (read_ == nullptr) return;
-  for (const auto& [file, version] : read_->take()) add(file, version);
+  for (const auto& [file, version] : read_->take()) files_.emplace(absolute_path(file), version);
 }
 
 void FileWatcher::watch(const std::vector<fs::path>& files) {
   const auto former = std::exchange(files_, {});
   add_what_was_read();
-  for (const fs::path& file : files) add(file, FileVersion::of(file));
+  for (const fs::path& file : files) files_.emplace(absolute_path(file), FileVersion::of(file));
   // A file that was watched before keeps its version, so that a change since the last event is not lost.
   for (auto& [file, version] : files_) {
     if (const auto known = former.find(file); known != former.end()) version = known->second;
@@ -61,27 +59,57 @@ void FileWatcher::watch(const std::vector<fs::path>& files) {
   set_watches();
 }
 
+// Follows the path of a file as the kernel does, so that the folder of each link on the way is watched, too:
+// the link may get another target.
+void FileWatcher::follow(const fs::path& file, std::map<fs::path, std::uint32_t>& events) {
+  constexpr int kMaxLinks = 40;  // as in Linux
+  int links = 0;
+  fs::path folder = "/";
+  std::vector<fs::path> rest;  // from the last part of the path to the next one
+  const auto prepend = [&](const fs::path& path) {
+    const std::vector<fs::path> parts(path.begin(), path.end());
+    rest.insert(rest.end(), parts.rbegin(), parts.rend());
+  };
+  prepend(file);
+  std::error_code none;
+  while (!rest.empty()) {
+    const fs::path part = std::exchange(rest.back(), {});
+    rest.pop_back();
+    if (part == "/") folder = part;
+    if (part == "..") folder = folder.parent_path();
+    if (part.empty() || part == "/" || part == "." || part == "..") continue;
+    const fs::path entry = folder / part;
+    events[folder] |= kMoved;
+    if (fs::is_symlink(entry, none) && ++links <= kMaxLinks) {
+      events[folder] |= kNamed;
+      links_.insert(entry);
+      prepend(fs::read_symlink(entry, none));
+    } else if (rest.empty()) {
+      events[folder] |= kSaved;
+      saved_[entry].insert(file);
+    } else if (fs::is_directory(entry, none)) {
+      folder = entry;
+    } else {
+      events[folder] |= kNamed;
+      awaited_.insert(entry);
+      return;
+    }
+  }
+}
+
 void FileWatcher::set_watches() {
   // A folder may be made while the watches are set: then those of a further round include it.
   constexpr int kMaxRounds = 5;
+  std::error_code none;
   for (int round = 0; round < kMaxRounds; ++round) {
-    std::map<fs::path, std::uint32_t> wanted;
+    std::map<fs::path, std::uint32_t> events;
     awaited_.clear();
-    std::error_code none;
-    for (const auto& [file, version] : files_) {
-      fs::path folder = file.parent_path();
-      std::uint32_t events = kSaved;
-      for (; !fs::is_directory(folder, none) && folder != folder.parent_path();
-           folder = folder.parent_path()) {
-        awaited_.insert(folder);
-        events = kMade;
-      }
-      wanted[folder] |= events | kMoved;
-      while (folder != folder.parent_path()) wanted[folder = folder.parent_path()] |= kMoved;
-    }
+    links_.clear();
+    saved_.clear();
+    for (const auto& [file, version] : files_) follow(file, events);
     std::unordered_map<int, fs::path> watched;
-    for (const auto& [folder, events] : wanted) {
-      const int watch = inotify_add_watch(inotify_, folder.c_str(), events | IN_ONLYDIR);
+    for (const auto& [folder, reported] : events) {
+      const int watch = inotify_add_watch(inotify_, folder.c_str(), reported | IN_ONLYDIR);
       if (watch >= 0) watched[watch] = folder;
     }
     for (const auto& [watch, folder] : folders_) {
@@ -130,9 +158,15 @@ FileWatcher::Events FileWatcher::read_events(std::chrono::nanoseconds timeout, s
       folders_.erase(folder);
       is_outdated = true;
     } else if (folder != folders_.end() && event.len > 0) {
-      const fs::path file = folder->second / (buffer.data() + offset + sizeof event);
-      if (files_.contains(file)) reported.insert(file);
-      is_outdated = is_outdated || awaited_.contains(file);
+      const fs::path entry = folder->second / (buffer.data() + offset + sizeof event);
+      if (links_.contains(entry) || awaited_.contains(entry)) is_outdated = true;
+      if (const auto saved = saved_.find(entry); saved != saved_.end()) {
+        std::error_code none;
+        if (fs::is_symlink(entry, none))
+          is_outdated = true;
+        else if ((event.mask & IN_CREATE) == 0 || !is_empty_file(entry))
+          reported.insert(saved->second.begin(), saved->second.end());
+      }
     }
     offset += static_cast<ssize_t>(sizeof event + event.len);
   }

@@ -1,8 +1,8 @@
 #pragma once
 // Reports changes of a set of files. Folders are watched instead of files, because editors replace a file by
-// a new one; and the folders above them, because a folder may be removed and made again. The kernel watches
-// folders themselves and not their names, so the watches are renewed whenever one of these folders is
-// moved, removed or made.
+// a new one; and the folders above them, because a folder may be removed and made again, or be a link that
+// gets another target. The kernel watches folders themselves and not their names, so the watches are renewed
+// whenever one of these folders or links is moved, removed or made.
 
 #include <chrono>
 #include <cstdint>
@@ -50,14 +50,17 @@ class DOPPEL_API FileWatcher {
   void set_watches();
   void compare(std::set<std::filesystem::path>& changed);
 
-  void add(const std::filesystem::path& file, const FileVersion& version);
+  void follow(const std::filesystem::path& file, std::map<std::filesystem::path, std::uint32_t>& events);
   void add_what_was_read();
 
   int inotify_ = -1, stop_ = -1;
   std::shared_ptr<FilesRead> read_;
   std::unordered_map<int, std::filesystem::path> folders_;  // by watch
-  std::map<std::filesystem::path, FileVersion> files_;      // with the version that was reported last
-  std::set<std::filesystem::path> awaited_;                 // folders that do not exist yet
+  // The files as they were named, with the version that was reported last.
+  std::map<std::filesystem::path, FileVersion> files_;
+  // Entries of the watched folders: the files themselves, links on the way, folders that do not exist yet.
+  std::map<std::filesystem::path, std::set<std::filesystem::path>> saved_;
+  std::set<std::filesystem::path> links_, awaited_;
 };
 
 }  // namespace doppel

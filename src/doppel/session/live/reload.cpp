@@ -1,15 +1,15 @@
 #include "doppel/session/live/reload.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
 #include <exception>
-#include <fstream>
 #include <future>
-#include <iterator>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "doppel/base/core/file_version.h"
@@ -17,6 +17,7 @@
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/scenario/compile/robot_setup.h"
 #include "doppel/session/live/audit_result.h"
+#include "doppel/session/live/detail/edited_files.h"
 
 namespace doppel {
 namespace {
@@ -31,9 +32,9 @@ constexpr int kMaxBuilds = 3;      // of one edit, repeated when robots were add
 constexpr const char* kRobotsChanged = "reload.robots_changed";
 
 std::string names_of(const std::vector<std::filesystem::path>& files) {
-  std::string out;
-  for (const auto& file : files) out += (out.empty() ? "" : ", ") + file.filename().string();
-  return out;
+  std::set<std::string> names;  // a file may have several paths
+  for (const auto& file : files) names.insert(file.filename().string());
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 // The replacement, with the misspellings of its descriptions; those of a refused edit are often its cause.
@@ -62,24 +63,17 @@ std::shared_ptr<Viewer::Replacement> prepared(const Scenario& scenario, Diagnost
   }
 }
 
-using FileVersions = std::map<std::filesystem::path, FileVersion>;
-
 FileVersions versions_of(const std::vector<std::filesystem::path>& files) {
   FileVersions out;
   for (const std::filesystem::path& file : files) out[file] = FileVersion::of(file);
   return out;
 }
 
-// The files of a run that have changed, for its journal.
-doppel_msgs::msg::EditedFiles edited_files(const FileVersions& before, const FileVersions& after) {
-  doppel_msgs::msg::EditedFiles out;
-  for (const auto& [file, version] : after) {
-    if (const auto found = before.find(file); found != before.end() && found->second == version) continue;
-    doppel_msgs::msg::EditedFile& edited = out.files.emplace_back();
-    edited.path = std::filesystem::absolute(file).lexically_normal().string();
-    std::ifstream in(file, std::ios::binary);
-    edited.removed = !in;
-    if (in) edited.data.assign(std::istreambuf_iterator<char>(in), {});
+// The versions that were read, of the files that the build notes; the present ones of others.
+FileVersions read_versions(const std::vector<std::filesystem::path>& files, FilesRead& read) {
+  FileVersions out = versions_of(files);
+  for (const auto& [file, version] : read.take()) {
+    if (const auto found = out.find(file); found != out.end()) found->second = version;
   }
   return out;
 }
@@ -93,9 +87,10 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
   const auto begin = [&twin, before = std::move(before), files_read, versions]() -> Reloadable::Build {
     return [&twin, before, files_read, versions, former = *versions,
             running = twin.running()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
-      const FilesRead::Recording recording(*files_read);
+      FilesRead read;
+      const FilesRead::Recording for_watcher(*files_read), recording(read);
       const auto fresh = prepared(running, diagnostics);
-      const FileVersions present = versions_of(Twin::files(*fresh));
+      const FileVersions present = read_versions(Twin::files(*fresh), read);
       return [&twin, before, versions, fresh, present, edit = to_cdr(edited_files(former, present))] {
         before(*fresh);
         twin.bus().report_input({BusInput::Kind::edit, "", "", "", edit});
@@ -249,8 +244,9 @@ bool Reloader::finish_attempt() {
     take_over();
   } catch (const InputError& refused) {
     const bool rebuild = attempt_->builds < kMaxBuilds && !ending_ &&
-                         std::ranges::any_of(refused.diagnostics(),
-                                             [](const Diagnostic& d) { return d.rule == kRobotsChanged; });
+                         std::ranges::any_of(refused.diagnostics(), [](const Diagnostic& d) {
+                           return d.rule == kRobotsChanged || d.rule == kEditedMeanwhile;
+                         });
     if (rebuild) {
       begin_attempt({});
       return finish_attempt();

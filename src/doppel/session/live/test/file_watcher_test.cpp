@@ -75,6 +75,58 @@ TEST_F(FileWatcherTest, FileInFoldersThatDoNotExistYetIsWatched) {
   EXPECT_THAT(next(), ElementsAre(late));
 }
 
+// A deployment, GNU stow, nix and ConfigMaps of Kubernetes save by pointing a link at another folder.
+TEST_F(FileWatcherTest, FolderLinkWithAnotherTargetIsReported) {
+  fs::create_directories(folder_ / "releases");
+  fs::copy(folder_ / "robot", folder_ / "releases/v1", fs::copy_options::recursive);
+  fs::copy(folder_ / "robot", folder_ / "releases/v2", fs::copy_options::recursive);
+  fs::create_symlink("releases/v1", folder_ / "latest");
+  fs::create_symlink(folder_ / "latest", folder_ / "current");
+  const fs::path linked = folder_ / "current/urdf/arm.xacro";
+  watcher_.watch({linked});
+  const auto point = [this](const char* link, const char* target) {
+    fs::create_symlink(target, folder_ / "fresh");
+    fs::rename(folder_ / "fresh", folder_ / link);
+  };
+  point("latest", "releases/v2");
+  EXPECT_THAT(next(), ElementsAre(linked));
+  settle();
+  save("releases/v2/urdf/arm.xacro", "2");
+  EXPECT_THAT(next(), ElementsAre(linked));
+  settle();
+  fs::remove(folder_ / "current");
+  settle();
+  fs::create_symlink("releases/v1", folder_ / "current");
+  EXPECT_THAT(next(), ElementsAre(linked));
+  settle();
+  save("releases/v1/urdf/arm.xacro", "3");
+  EXPECT_THAT(next(), ElementsAre(linked));
+}
+
+// link() and symlink() make a whole file, which nobody closes.
+TEST_F(FileWatcherTest, FileMadeByLinkIsReported) {
+  save("2", "2");
+  fs::remove(file());
+  settle();
+  fs::create_hard_link(folder_ / "2", file());
+  EXPECT_THAT(next(), ElementsAre(file()));
+  fs::remove(file());
+  settle();
+  fs::create_symlink(folder_ / "2", file());
+  EXPECT_THAT(next(), ElementsAre(file()));
+  settle();
+  save("2", "33");
+  EXPECT_THAT(next(), ElementsAre(file()));
+}
+
+TEST_F(FileWatcherTest, LinksInCircleAreNoFile) {
+  fs::create_symlink("b", folder_ / "a");
+  fs::create_symlink("a", folder_ / "b");
+  watcher_.watch({folder_ / "a/arm.xacro", file()});
+  save("robot/urdf/arm.xacro", "2");
+  EXPECT_THAT(next(), ElementsAre(file()));
+}
+
 TEST_F(FileWatcherTest, BusyNeighbourDoesNotDelayReport) {
   std::atomic<bool> ends{false};
   std::thread neighbour([&] {
