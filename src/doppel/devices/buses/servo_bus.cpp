@@ -72,7 +72,6 @@ bool ServoBus::send() {
   ++counts_.requests;
   codec_->clear();
   link_.discard();
-  sent_ = link_.now();
   if (!link_.write(request_.bytes())) return false;
   if (echo_) drop_echo(answer_deadline(0, 0));
   return true;
@@ -106,6 +105,7 @@ std::optional<ServoBus::Answer> ServoBus::transact(int id, std::size_t answer_by
   const bool in_doubt = missing_->has(id, answer_bytes), can_refuse = !missing_->has(id, 0);
   newest_.reset();
   if (!in_doubt) newest_ = {id, answer_bytes};
+  sent_ = link_.now();
   if (send()) {
     const Time deadline = answer_deadline(codec_->answer_size(answer_bytes), 1);
     while (const auto answer = receive(deadline)) {
@@ -136,7 +136,7 @@ std::optional<std::size_t> ServoBus::extra_bytes(std::span<const std::uint8_t> i
 // make the queue of late answers longer: they wait until it has come to the last one, or will not come any
 // more.
 bool ServoBus::settle() {
-  constexpr Duration kGivenUp{1'000'000'000};
+  constexpr Duration kGivenUp{250'000'000};
   while (const auto answer = receive(link_.now() + patience_)) {
     heard_ = link_.now();
     if (newest_ && newest_->size == answer->data.size() && newest_->id == answer->id) return end_doubt();
@@ -328,6 +328,7 @@ std::size_t ServoBus::read_some(std::size_t begin, std::size_t count, std::size_
   request_.clear();
   codec_->add_sync_read(ids, read_begin_ - front, size, fast_, request_);
   newest_ = {ids.back(), size};
+  sent_ = link_.now();
   std::size_t fresh = 0;
   if (send()) {
     const Time deadline = answer_deadline(count * codec_->answer_size(size), count);

@@ -151,7 +151,7 @@ class DOPPEL_API ServoBus {
     std::size_t size = 0;
   };
   std::optional<Expected> newest_;  // the last answer to the last request, where no missing one is like it
-  Time sent_{}, heard_{};           // the last request, and the last answer to an earlier one
+  Time sent_{}, heard_{};           // the last request with an answer; the last answer to an earlier one
   FrameBytes request_;
   BusCounts counts_;
   unsigned last_error_ = 0;

@@ -28,7 +28,7 @@ namespace doppel {
 namespace {
 
 constexpr std::uint8_t kRead = 2, kWrite = 3, kSyncRead = 0x82;
-constexpr int kLate = 40, kStall = 300;  // ms; the bus waits for 5 ms
+constexpr int kLate = 40, kStall = 200;  // ms; the bus waits for 5 ms
 constexpr std::uint8_t kSwallowed = 99;  // a write of this value has no answer
 
 // The partner's end of a link of bytes.
@@ -262,13 +262,14 @@ TEST_P(LateAnswers, CycleHasPositionsOfItsOwnRequest) {
   EXPECT_GT(bus_.counts().lost, 0U) << "expected that one answer was late";
 }
 
+std::string name_of_link(const testing::TestParamInfo<std::tuple<ServoProtocol, bool>>& one) {
+  return std::string(to_string(std::get<0>(one.param))) + (std::get<1>(one.param) ? "_socket" : "_terminal");
+}
+
 INSTANTIATE_TEST_SUITE_P(EveryLink, LateAnswers,
                          testing::Combine(testing::Values(ServoProtocol::feetech, ServoProtocol::dynamixel),
                                           testing::Bool()),
-                         [](const auto& info) {
-                           return std::string(to_string(std::get<0>(info.param))) +
-                                  (std::get<1>(info.param) ? "_socket" : "_terminal");
-                         });
+                         name_of_link);
 
 }  // namespace
 }  // namespace doppel
