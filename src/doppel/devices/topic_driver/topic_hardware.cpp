@@ -89,6 +89,8 @@ void TopicHardware::forget_samples() {
     joint.fresh = joint.whole = false;
   }
   shortest_.reset();
+  newest_stamp_ = Time{};
+  older_ = {};
   echo_.clear();
   seen_graph_ = 0;
   equal_ = 0;
@@ -211,10 +213,13 @@ void TopicHardware::receive(const JointState& message) {
   const Time stamp = from_msg(message.header.stamp);
   if (stamp == Time{}) {
     events_ |= kNoStamp;
-  } else if (is_late(stamp)) {
-    ++late_;
-    events_ |= kLate;
-    return;
+  } else {
+    if (is_set_back(stamp)) follow_clock(stamp);
+    if (is_late(stamp)) {
+      ++late_;
+      events_ |= kLate;
+      return;
+    }
   }
   for (std::size_t row = 0; row < message.name.size(); ++row) {
     // Most nodes send the joints in one order.
@@ -233,6 +238,30 @@ void TopicHardware::receive(const JointState& message) {
     joint.stamp = stamp;
     take(joint, message, row);
   }
+}
+
+// Late messages are newer than those before them, or come at once when they catch up.
+bool TopicHardware::is_set_back(Time stamp) {
+  if (stamp > newest_stamp_) {
+    newest_stamp_ = stamp;
+    older_.count = 0;
+    return false;
+  }
+  const Time now = bus_.now();
+  if (older_.count == 0 || stamp < older_.last) older_ = {.first = stamp, .seen = now};
+  older_.last = stamp;
+  ++older_.count;
+  const double passed = to_seconds(now - older_.seen), by_stamp = to_seconds(stamp - older_.first);
+  return older_.count >= kStartSamples && passed >= setup_.max_delay &&
+         std::abs(by_stamp - passed) <= setup_.max_delay / 2;
+}
+
+void TopicHardware::follow_clock(Time stamp) {
+  for (Joint& joint : joints_) joint.stamp = Time{};
+  shortest_.reset();
+  newest_stamp_ = stamp;
+  older_ = {};
+  events_ |= kSetBack;
 }
 
 // The two clocks may drift apart, so that the fastest message is forgotten slowly.
@@ -395,6 +424,8 @@ void TopicHardware::attend() {
   if ((fresh & kRecovered) != 0) log_->note(setup_.component, "the states of all joints arrive again");
   warn(kLate, fmt::format("states on '{}' arrive {:g} s later than others did; they are dropped",
                           setup_.states, setup_.max_delay));
+  warn(kSetBack, fmt::format("the clock of the node that publishes '{}' was set back; its states count again",
+                             setup_.states));
   warn(kOutOfOrder, fmt::format("states on '{}' are not newer than those before them, by their stamps; they "
                                 "are dropped",
                                 setup_.states));

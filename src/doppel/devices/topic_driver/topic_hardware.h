@@ -84,10 +84,19 @@ class DOPPEL_API TopicHardware : public HardwareComponent {
     std::size_t joint = 0, field = 0;  // field: position, velocity, effort
   };
   // Events of the whole arm, logged by attend().
-  enum Event : unsigned { kDegraded = 1, kRecovered = 2, kLate = 4, kOutOfOrder = 8, kNoStamp = 16 };
+  enum Event : unsigned {
+    kDegraded = 1,
+    kRecovered = 2,
+    kLate = 4,
+    kOutOfOrder = 8,
+    kNoStamp = 16,
+    kSetBack = 32
+  };
 
   void receive(const JointState& message);
   [[nodiscard]] bool is_late(Time stamp);
+  [[nodiscard]] bool is_set_back(Time stamp);
+  void follow_clock(Time stamp);
   void take(Joint& joint, const JointState& message, std::size_t row);
   void take_whole(Time now);
   void count_equal(Time now);
@@ -118,6 +127,12 @@ class DOPPEL_API TopicHardware : public HardwareComponent {
   Time now_{}, whole_{};              // of the loop; of the last whole state
   std::optional<Duration> shortest_;  // between a stamp and its arrival, of two clocks
   Time shortest_when_{};
+  Time newest_stamp_{};
+  // The messages in a row that are older than the newest one.
+  struct Older {
+    int count = 0;
+    Time first{}, last{}, seen{};  // stamps; when the first one came
+  } older_;
   // The whole states in a row at one pose.
   int equal_ = 0;
   Time first_equal_{};

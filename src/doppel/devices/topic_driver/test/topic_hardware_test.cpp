@@ -338,6 +338,37 @@ TEST(TopicHardware, LateStatesAreDroppedUntilFault) {
   EXPECT_THAT(bench.logged, HasSubstr("arrive 0.2 s later than others did"));
 }
 
+TEST(TopicHardware, ClockThatIsSetBackIsFollowed) {
+  TopicBench bench("<param name=\"fault_after\">1</param>");
+  bench.start();
+  bench.commands = {0.5, -0.4};
+  for (const auto step : {std::chrono::milliseconds(1000), std::chrono::milliseconds(7'200'000)}) {
+    bench.skew -= step;
+    ASSERT_EQ(bench.run(0.5), HardwareReturn::ok) << bench.logged;
+    EXPECT_EQ(bench.driver->state(), DriverState::active);
+    EXPECT_THAT(bench.logged, HasSubstr("was set back"));
+    bench.logged.clear();
+  }
+  ASSERT_EQ(bench.run(1), HardwareReturn::ok);
+  EXPECT_NEAR(bench.q[0], 0.5, 1e-3);
+}
+
+// They come at once, as a network delivers what it has held back.
+TEST(TopicHardware, OldStatesThatComeAtOnceAreNoClock) {
+  TopicBench bench;
+  bench.start();
+  ASSERT_EQ(bench.run(0.5), HardwareReturn::ok);
+  JointState old = bench.state();
+  old.position = {1.0, 1.0};
+  for (int i = 0; i < 20; ++i) {
+    old.header.stamp = to_time_msg(bench.now + bench.skew - std::chrono::milliseconds(400 - 10 * i));
+    bench.publish(old);
+  }
+  bench.speaks = false;
+  ASSERT_EQ(bench.cycle(), HardwareReturn::ok);
+  EXPECT_NEAR(bench.states[0], 0.3, 1e-6);
+}
+
 TEST(TopicHardware, ClockThatDriftsBySomeHundredPpmIsNoDelay) {
   TopicBench bench;
   bench.start();
