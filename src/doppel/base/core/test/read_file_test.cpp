@@ -40,7 +40,7 @@ class ReadFileTest : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(ReadFileTest, FileUpToTheBoundIsRead) {
+TEST_F(ReadFileTest, FileUpToBoundIsRead) {
   const fs::path file = write("a", "12345");
   EXPECT_EQ(read_file(file.string(), 5), "12345");
   EXPECT_EQ(read_content(file, 5).bytes, "12345");
@@ -49,7 +49,7 @@ TEST_F(ReadFileTest, FileUpToTheBoundIsRead) {
   EXPECT_EQ(read_file(write("empty", "").string(), 0), "");
 }
 
-TEST_F(ReadFileTest, FileBeyondTheBoundIsRefusedWithBoth) {
+TEST_F(ReadFileTest, FileBeyondBoundIsRefusedWithBoth) {
   const fs::path file = write("a", "12345");
   EXPECT_THAT(error_of(file, 4),
               AllOf(HasSubstr("a' cannot be read"), HasSubstr("it is larger than 4 bytes")));

@@ -94,7 +94,7 @@ TEST(SerialLink, TerminalWithoutClientStaysOpen) {
   EXPECT_EQ(read_some(device, 1), Bytes{7});
 }
 
-TEST(SerialLink, OutputThatLastClientHasStoppedContinuesForTheNext) {
+TEST(SerialLink, OutputThatLastClientHasStoppedContinuesForNext) {
   PseudoTerminal device;
   const int client = ::open(device.name().c_str(), O_RDWR | O_NOCTTY);
   ASSERT_GE(client, 0);

@@ -157,7 +157,7 @@ TEST_F(ScenarioFileTest, PathsFollowFolder) {
   EXPECT_EQ(content_hash(after, {}, moved), content_hash(before, {}, folder_));
 }
 
-TEST_F(ScenarioFileTest, LibraryIsThatOfTheUserAndNeverThatOfTheFile) {
+TEST_F(ScenarioFileTest, LibraryIsThatOfUserAndNeverThatOfFile) {
   write("liba.so", "");
   const std::string text =
       "doppel_scenario: 1\nrobots: [{robot: omarm_one}]\nplugins: [liba.so, lib/libb.so]\n";
