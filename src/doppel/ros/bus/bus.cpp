@@ -19,17 +19,9 @@ namespace {
 void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
   const std::size_t size = topic.ops->size(message);
   std::span<const std::byte> encoded;
-  if (topic.latched) {
-    topic.last.resize(size);
-    topic.ops->write(message, topic.last);
-    topic.last_stamp = stamp;
-    topic.last_sequence = topic.sequence;
-    topic.last_from = from;
-    encoded = topic.last;
-  }
   for (const auto& link : topic.links) {
     if (!link->wants_from(from)) continue;
-    const auto room = link->begin(topic, stamp, topic.sequence, size);
+    const auto room = link->begin(stamp, size, {.topic = topic.id, .sequence = topic.sequence});
     if (room.empty()) continue;
     if (encoded.empty()) {
       topic.ops->write(message, room);
@@ -68,23 +60,61 @@ void deliver_locally(Topic& topic, const void* message) {
   std::erase_if(topic.locals, [](const LocalSubscriber& local) { return !local.callback; });
 }
 
+// The latched publisher of a node or, behind an edge, of that name; nullptr: it is not latched, or has gone.
+Endpoint* latched_publisher(Topic& topic, const void* owner, const std::string* name = nullptr) {
+  const auto found = std::ranges::find_if(topic.publishers, [&](const Endpoint& e) {
+    return e.latched && e.owner == owner && (name == nullptr || e.info.node == *name);
+  });
+  return found == topic.publishers.end() ? nullptr : &*found;
+}
+
+void keep_cdr(Topic& topic, Endpoint& publisher, std::span<const std::byte> cdr, Time stamp) {
+  publisher.last.assign(cdr.begin(), cdr.end());
+  publisher.last_stamp = stamp;
+  publisher.last_sequence = topic.sequence + 1;
+}
+
+// Another robot's program may have the same names: a client would see a mixture of both.
+bool is_foreign(const Topic& topic, const EdgeLink* sender) {
+  return sender != nullptr && sender->is_network() &&
+         std::ranges::any_of(topic.publishers, &Endpoint::is_node);
+}
+
 }  // namespace
+
+void keep(Topic& topic, const Node* sender, const void* message, Time stamp) {
+  Endpoint* const publisher = latched_publisher(topic, sender);
+  if (publisher == nullptr) return;
+  publisher->last.resize(topic.ops->size(message));
+  topic.ops->write(message, publisher->last);
+  publisher->last_stamp = stamp;
+  publisher->last_sequence = topic.sequence + 1;
+}
+
+void keep_encoded(Topic& topic, const Node* sender, const Bytes& cdr, Time stamp) {
+  if (Endpoint* const publisher = latched_publisher(topic, sender)) keep_cdr(topic, *publisher, cdr, stamp);
+}
+
+std::vector<const Endpoint*> latched_messages(const Topic& topic, std::uint32_t after) {
+  std::vector<const Endpoint*> kept;
+  for (const Endpoint& publisher : topic.publishers) {
+    if (!publisher.last.empty() && publisher.last_sequence > after) kept.push_back(&publisher);
+  }
+  std::ranges::sort(kept, {}, &Endpoint::last_sequence);
+  return kept;
+}
 
 // Edges first, so that they get a message before those that its subscribers publish in response.
 void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
-  ++topic.sequence;
-  if (!topic.links.empty() || topic.latched) write_to_links(topic, message, stamp, from);
+  if (!is_foreign(topic, from)) {
+    ++topic.sequence;
+    if (!topic.links.empty()) write_to_links(topic, message, stamp, from);
+  }
   if (!topic.locals.empty()) deliver_locally(topic, message);
 }
 
 void deliver_encoded(Topic& topic, const std::shared_ptr<const Bytes>& cdr, Time stamp) {
   ++topic.sequence;
-  if (topic.latched) {
-    topic.last = *cdr;
-    topic.last_stamp = stamp;
-    topic.last_sequence = topic.sequence;
-    topic.last_from = nullptr;
-  }
   for (const auto& link : topic.links) link->push_shared(topic, stamp, cdr);
   if (topic.locals.empty()) return;
   std::shared_ptr<const void> message;
@@ -157,10 +187,7 @@ template <class Change>
 void Bus::Impl::change_endpoints(Topic& topic, Change change) {
   const std::size_t before = topic.publishers.size() + topic.subscribers.size();
   change();
-  if (topic.publishers.empty()) {
-    topic.latched = false;
-    topic.last.clear();
-  }
+  topic.latched = std::ranges::any_of(topic.publishers, &Endpoint::latched);
   update_wanted(topic);
   if (topic.publishers.size() + topic.subscribers.size() != before) graph_changed();
 }
@@ -173,28 +200,25 @@ void Bus::Impl::update_wanted(Topic& topic) {
 void Bus::Impl::add_endpoint(Topic& topic, bool publishes, Endpoint endpoint) {
   const std::lock_guard lock(mutex);
   auto& endpoints = publishes ? topic.publishers : topic.subscribers;
-  const bool known = std::ranges::any_of(endpoints, [&endpoint](const Endpoint& e) {
+  const auto found = std::ranges::find_if(endpoints, [&endpoint](const Endpoint& e) {
     return e.owner == endpoint.owner && e.info.node == endpoint.info.node;
   });
+  const bool latched = endpoint.latched;
   change_endpoints(topic, [&] {
-    if (!known) endpoints.push_back(std::move(endpoint));
+    Endpoint& kept = found == endpoints.end() ? endpoints.emplace_back(std::move(endpoint)) : *found;
+    kept.latched = kept.latched || latched;
   });
 }
 
 void Bus::Impl::advertise(Topic& topic, Endpoint publisher) {
-  const bool latched = publisher.info.qos.latched;
+  publisher.latched = publisher.info.qos.latched;
   add_endpoint(topic, true, std::move(publisher));
-  const std::lock_guard lock(mutex);
-  topic.latched = topic.latched || latched;
-  update_wanted(topic);
 }
 
 void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
   const auto found = topics.find(id);
   if (found == topics.end() || !link->is_wanted(id) || link->is_removed()) return;
   const std::shared_ptr<Topic> topic = found->second;
-  // A link that is subscribed already has asked again before its end of the subscription was served: the last
-  // message of a latched topic is sent again.
   if (std::ranges::find(topic->links, link) == topic->links.end()) {
     topic->links.push_back(link);
     if (link->is_listed()) {
@@ -207,20 +231,36 @@ void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::Edg
   deliver_last(id, link);
 }
 
-// A latched message that finds the ring full is sent again at the next step, because it is
-// published only once.
 void Bus::Impl::deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+  deliver_last_after(id, link, 0);
+}
+
+// A latched message that finds the ring full is sent again at the next step, because it is published only
+// once. Their numbers end with the newest one of the topic, so that no reader finds a gap.
+void Bus::Impl::deliver_last_after(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link,
+                                   std::uint32_t after) {
   const auto found = topics.find(id);
   if (found == topics.end()) return;
   const Topic& topic = *found->second;
-  const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
-  if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
-  const auto room = link->begin(topic, topic.last_stamp, topic.last_sequence, topic.last.size());
-  if (!room.empty()) {
-    std::ranges::copy(topic.last, room.begin());
-    link->commit(topic.last.size());
-  } else if (link->fits_in_ring(topic.last.size())) {
-    bus.post([this, id, link] { deliver_last(id, link); });
+  if (std::ranges::find(topic.links, link) == topic.links.end()) return;
+  std::vector<const Endpoint*> kept = bus_detail::latched_messages(topic, after);
+  std::erase_if(kept, [&link](const Endpoint* publisher) {
+    return !link->wants_from(publisher->owner) || !link->fits_in_ring(publisher->last.size());
+  });
+  auto left = static_cast<std::uint32_t>(kept.size());
+  for (const Endpoint* const publisher : kept) {
+    const Bytes& last = publisher->last;
+    const auto room =
+        link->begin(publisher->last_stamp, last.size(),
+                    {.topic = topic.id, .sequence = topic.sequence - (left - 1), .latched = left});
+    if (room.empty()) {
+      bus.post([this, id, link, after] { deliver_last_after(id, link, after); });
+      return;
+    }
+    std::ranges::copy(last, room.begin());
+    link->commit(last.size());
+    after = publisher->last_sequence;
+    --left;
   }
 }
 
@@ -265,7 +305,6 @@ void Bus::Impl::remove_owner(const void* owner) {
         std::erase_if(topic->publishers, owned);
         std::erase_if(topic->subscribers, owned);
         std::erase_if(topic->links, [owner](const auto& link) { return link.get() == owner; });
-        if (topic->last_from == owner) topic->last_from = nullptr;
         for (auto& local : topic->locals) {
           if (local.node == owner) garbage.push_back(std::exchange(local.callback, nullptr));
         }
@@ -285,6 +324,12 @@ void Bus::Impl::remove_owner(const void* owner) {
   for (std::size_t i = 0; i < gone; ++i) graph_changed();
 }
 
+void Bus::Impl::keep(Topic& topic, const bus_detail::EdgeLink* sender, const std::string& node,
+                     std::span<const std::byte> cdr) {
+  if (Endpoint* const publisher = bus_detail::latched_publisher(topic, sender, &node))
+    bus_detail::keep_cdr(topic, *publisher, cdr, bus.now());
+}
+
 void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
                         const bus_detail::EdgeLink* from) {
   topic.received.fetch_add(1, std::memory_order_relaxed);
@@ -295,15 +340,9 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
     return;
   }
   ++topic.sequence;
-  if (topic.latched) {
-    topic.last.assign(cdr.begin(), cdr.end());
-    topic.last_stamp = bus.now();
-    topic.last_sequence = topic.sequence;
-    topic.last_from = from;
-  }
   for (const auto& link : topic.links) {
     if (!link->wants_from(from)) continue;
-    const auto room = link->begin(topic, bus.now(), topic.sequence, cdr.size());
+    const auto room = link->begin(bus.now(), cdr.size(), {.topic = topic.id, .sequence = topic.sequence});
     if (room.empty()) continue;
     std::ranges::copy(cdr, room.begin());
     link->commit(cdr.size());

@@ -88,7 +88,7 @@ struct EndpointInfo {
 struct TopicInfo {
   TopicId id = 0;
   std::string name, type;
-  bool latched = false;                               // the last message is kept for late joiners
+  bool latched = false;  // the last message of a publisher is kept for late joiners
   std::vector<EndpointInfo> publishers, subscribers;  // each node once
   std::uint64_t received = 0;                         // messages from edges
 };
@@ -116,8 +116,10 @@ class Publisher {
 
  private:
   friend class Node;
-  explicit Publisher(std::shared_ptr<bus_detail::Topic> topic) : topic_(std::move(topic)) {}
+  Publisher(std::shared_ptr<bus_detail::Topic> topic, const Node* node)
+      : topic_(std::move(topic)), node_(node) {}
   std::shared_ptr<bus_detail::Topic> topic_;
+  const Node* node_ = nullptr;  // compared only: the handle may outlive it
 };
 
 // A named participant: "/omarm_arm_controller". Its destructor removes its topics, services and parameters.
@@ -172,6 +174,9 @@ struct EdgeOptions {
   bool reports_conversions = false;
   // Its subscriptions are part of the graph. False: an observer of the process itself.
   bool listed = true;
+  // It passes on what other programs publish. A topic that a node of the bus publishes is this program's
+  // own: what others publish on it reaches the nodes that subscribe, and no other edge.
+  bool is_network = false;
 };
 
 // The interface of an edge: all functions are called from the edge's one thread, wake() from any. The bus
@@ -190,8 +195,9 @@ class DOPPEL_API Edge {
   // Runs a task on the loop's thread, after the earlier requests of its lane.
   virtual void post(std::function<void()> task) = 0;
 
-  // Takes effect at the loop's next step. Latched topics then deliver their last message. The last of these
-  // calls is valid, in whatever lane.
+  // Takes effect at the loop's next step. Latched topics then deliver the last message of each of their
+  // publishers, also to an edge that is subscribed already. The last of these calls is valid, in whatever
+  // lane.
   virtual void subscribe(TopicId topic) = 0;
   virtual void unsubscribe(TopicId topic) = 0;
 
@@ -201,6 +207,9 @@ class DOPPEL_API Edge {
     Time stamp{};
     std::span<const std::byte> cdr;
     std::uint32_t sequence = 0;  // counts the topic's messages from 1 on: a gap is a loss
+    // 0: a new message. Else a latched one from before subscribe(): the number of those that are still to
+    // come for that call, including this one.
+    std::uint32_t latched = 0;
   };
   virtual bool next(Incoming& message) = 0;
   // Waits until there is a message, wake() is called or the time is over.

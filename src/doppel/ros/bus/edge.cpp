@@ -116,7 +116,7 @@ class EdgeImpl : public Edge {
     empty_polls_ = 0;
     const RecordHeader header = bus_detail::header_of(record);
     message = {header.topic, time_from_nanoseconds(header.stamp), record.subspan(sizeof(header)),
-               header.sequence};
+               header.sequence, header.latched};
     if (header.shared != 0) {
       shared_ = link_->take(record);
       message.cdr = *shared_;
@@ -258,6 +258,7 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
     if (target == nullptr) return;  // a node has used the name with another type since
     if (target->ops != nullptr) impl.bus.report_input(*input);
     impl.add_endpoint(*target, true, {link.get(), {input->source, link->name(), {}}});
+    impl.keep(*target, link.get(), input->source, input->data);
     impl.receive(*target, input->data, message, link.get());
   });
   return {};
@@ -281,6 +282,7 @@ Status EdgeImpl::publish_twist(std::string_view from, const std::string& topic, 
         static_cast<void>(
             convert_twist(input.type, input.data, to_time_msg(bus.ros_now()), converted));  // checked before
         impl.add_endpoint(*target, true, {link.get(), {input.source, link->name(), {}}});
+        impl.keep(*target, link.get(), input.source, converted);
         impl.receive(*target, converted, nullptr, link.get());
       });
   return refused ? Status::refused(twist_conversion_text(from, topic, type, true)) : Status{};

@@ -23,11 +23,7 @@ std::shared_ptr<bus_detail::Topic> Node::advertise_topic(std::string_view name,
                                                          const bus_detail::TopicOps& ops, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
   auto topic = impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
-  {
-    const std::lock_guard lock(impl.mutex);
-    topic->latched = topic->latched || qos.latched;
-  }
-  impl.add_endpoint(*topic, true, {this, {name_, "", qos}});
+  impl.advertise(*topic, {this, {name_, "", qos}});
   return topic;
 }
 
@@ -39,8 +35,12 @@ void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& op
   auto shared = std::make_shared<std::function<void(const void*)>>(std::move(callback));
   topic.locals.push_back({this, shared});
   impl.add_endpoint(topic, false, {this, {name_, "", qos}});
-  std::shared_ptr<const void> last;
-  if (!topic.last.empty() && ops.decode(topic.last, last)) (*shared)(last.get());
+  std::vector<std::shared_ptr<const void>> kept;  // complete before a callback may change the publishers
+  for (const bus_detail::Endpoint* publisher : bus_detail::latched_messages(topic, 0)) {
+    std::shared_ptr<const void> last;
+    if (ops.decode(publisher->last, last)) kept.push_back(std::move(last));
+  }
+  for (const auto& last : kept) (*shared)(last.get());
 }
 
 void Node::serve_entry(std::string_view name, bus_detail::ServiceEntry entry) {

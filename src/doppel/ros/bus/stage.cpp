@@ -12,10 +12,6 @@ struct NodesOfTopic {
   std::vector<Endpoint> publishers, subscribers;
   std::vector<LocalSubscriber> locals;
   const TopicOps* ops = nullptr;
-  bool latched = false;
-  Bytes last;
-  Time last_stamp{};
-  const EdgeLink* last_from = nullptr;
 };
 
 }  // namespace bus_detail
@@ -34,8 +30,7 @@ std::vector<Endpoint> of_nodes(const std::vector<Endpoint>& endpoints) {
 }
 
 NodesOfTopic nodes_of(const Topic& topic) {
-  return {topic.publishers, topic.subscribers, topic.locals,     topic.ops,
-          topic.latched,    topic.last,        topic.last_stamp, topic.last_from};
+  return {topic.publishers, topic.subscribers, topic.locals, topic.ops};
 }
 
 template <typename T>
@@ -45,18 +40,13 @@ std::vector<T> joined(const std::vector<T>& a, const std::vector<T>& b) {
   return out;
 }
 
-// Merges the state since the stage was opened; the newer last message is kept.
+// Merges the state since the stage was opened.
 NodesOfTopic joined(const NodesOfTopic& before, const Topic& topic) {
   NodesOfTopic out = before;
   out.publishers = joined(before.publishers, of_nodes(topic.publishers));
   out.subscribers = joined(before.subscribers, of_nodes(topic.subscribers));
   out.locals = joined(before.locals, topic.locals);
   out.ops = topic.ops;
-  out.latched = before.latched || topic.latched;
-  if (topic.last.empty()) return out;
-  out.last = topic.last;
-  out.last_stamp = topic.last_stamp;
-  out.last_from = topic.last_from;
   return out;
 }
 
@@ -65,11 +55,8 @@ void put(NodesOfTopic& nodes, Topic& topic) {
   std::swap(topic.publishers, nodes.publishers);
   std::swap(topic.subscribers, nodes.subscribers);
   std::swap(topic.locals, nodes.locals);
-  std::swap(topic.last, nodes.last);
   topic.ops = nodes.ops;
-  topic.latched = nodes.latched;
-  topic.last_stamp = nodes.last_stamp;
-  topic.last_from = nodes.last_from;
+  topic.latched = std::ranges::any_of(topic.publishers, &Endpoint::latched);
   Bus::Impl::update_wanted(topic);
 }
 

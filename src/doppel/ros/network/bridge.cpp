@@ -147,8 +147,10 @@ struct Bridge::Impl {
   const BridgeOptions options;
   const Log& log;
   const MakeParticipant make_participant;
-  std::unique_ptr<Edge> edge = bus.attach(
-      kBridgeName, {.ring_bytes = options.ring_bytes, .receives_own = false, .reports_conversions = true});
+  std::unique_ptr<Edge> edge = bus.attach(kBridgeName, {.ring_bytes = options.ring_bytes,
+                                                        .receives_own = false,
+                                                        .reports_conversions = true,
+                                                        .is_network = true});
   std::shared_ptr<BridgeMailbox> mailbox = std::make_shared<BridgeMailbox>(*edge);
   std::optional<NetworkDiagnostics> diagnostics;
 

@@ -33,7 +33,10 @@ RecordedTopic recorded_topic(const TopicInfo& topic) {
   RecordedTopic out;
   out.name = topic.name;
   out.type = topic.type;
-  out.latched = topic.latched ? 1 : 0;  // the bus keeps one message, of all publishers
+  // The bus keeps one message for each latched publisher.
+  const auto keepers = std::ranges::count_if(
+      topic.publishers, [](const EndpointInfo& publisher) { return publisher.qos.latched; });
+  out.latched = std::max(topic.latched ? std::size_t{1} : std::size_t{0}, static_cast<std::size_t>(keepers));
   std::vector<Qos> offered;
   for (const EndpointInfo& publisher : topic.publishers) offered.push_back(publisher.qos);
   out.qos = offered_qos_text(offered);

@@ -218,9 +218,11 @@ void Hub::subscribe_one(Client& client, ClientId id, const foxglove::Subscribe::
   client.subscriptions[item.id] = item.channel;
   channel.subscribers.emplace_back(id, item.id);
   if (!channel.from_bus) {
+    channel.waiting.insert(id);
     subscribe_on_bus(item.channel, channel);  // the bus then delivers what is latched
-  } else if (channel.last != nullptr) {
-    send_data(channel, client, item.id, channel.last_stamp, channel.last);
+  } else if (channel.latched) {
+    channel.waiting.insert(id);
+    ask_for_latched(item.channel, channel);
   }
 }
 
@@ -240,6 +242,7 @@ void Hub::unsubscribe_one(Client& client, ClientId id, std::uint32_t subscriptio
   const auto found = channels_.find(channel_id);
   if (found == channels_.end()) return;
   std::erase_if(found->second.subscribers, [id](const auto& s) { return s.first == id; });
+  found->second.waiting.erase(id);
   follow_clock();
 }
 
@@ -379,21 +382,19 @@ bool Hub::pump(std::size_t most) {
   std::size_t passed = 0;
   for (std::size_t i = 0; i < most && passed < kMaxBytesAtOnce; ++i) {
     if (!edge_->next(message)) return false;
-    now_ = message.stamp;
+    now_ = message.latched == 0 ? message.stamp : std::max(now_, message.stamp);
     const auto found = channels_.find(message.topic);
     if (found == channels_.end()) continue;
     ChannelState& channel = found->second;
-    if (channel.subscribers.empty() && !channel.latched) continue;
+    if (channel.subscribers.empty()) continue;
     // One copy out of the ring, which all subscribers share.
     passed += message.cdr.size();
     const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
-    if (channel.latched) {
-      channel.last = payload;
-      channel.last_stamp = message.stamp;
-    }
     for (const auto& [id, subscription] : channel.subscribers) {
-      send_data(channel, clients_.at(id), subscription, message.stamp, payload);
+      if (message.latched == 0 || channel.waiting.contains(id))
+        send_data(channel, clients_.at(id), subscription, message.stamp, payload);
     }
+    if (message.latched == 1) channel.waiting.clear();
   }
   return true;
 }

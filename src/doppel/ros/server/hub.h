@@ -121,8 +121,9 @@ class DOPPEL_API Hub {
     bool latched = false, seen = false;
     bool from_bus = false;  // subscribed to; ends with a tick without subscribers
     std::vector<std::pair<ClientId, std::uint32_t>> subscribers;  // client, subscription
-    std::shared_ptr<const Bytes> last;                            // of a latched topic
-    Time last_stamp{};
+    std::set<ClientId> waiting;  // subscribers that get the latched messages that the bus sends again
+    bool has_asked = false;      // the bus was asked for these since the last tick
+    bool asks_at_tick = false;
   };
   struct ServiceState {
     foxglove::ServiceOffer offer;
@@ -179,6 +180,7 @@ class DOPPEL_API Hub {
   void send_graph(Client& client);
   void subscribe_on_bus(std::uint32_t id, ChannelState& channel);
   void end_unused_subscriptions();
+  void ask_for_latched(std::uint32_t id, ChannelState& channel);
   [[nodiscard]] Graph read_graph() const;
   void broadcast(std::string text);
   void follow_clock();

@@ -199,10 +199,15 @@ void Hub::subscribe_on_bus(std::uint32_t id, ChannelState& channel) {
 void Hub::end_unused_subscriptions() {
   for (auto& [id, channel] : channels_) {
     if (!channel.from_bus || id == clock_ || !channel.subscribers.empty()) continue;
-    channel.from_bus = false;
-    channel.last = nullptr;
+    channel.from_bus = channel.asks_at_tick = false;
     edge_->unsubscribe(id);
   }
+}
+
+// The bus sends the latched messages once more. However many clients come, a tick has two requests at most.
+void Hub::ask_for_latched(std::uint32_t id, ChannelState& channel) {
+  channel.asks_at_tick = std::exchange(channel.has_asked, true);
+  if (!channel.asks_at_tick) edge_->subscribe(id);
 }
 
 // Subscribes to the clock while a client is subscribed to any topic: without subscribers the loop does
@@ -239,6 +244,10 @@ void Hub::tick() {
   refresh_offers();
   follow_clock();
   end_unused_subscriptions();
+  for (auto& [id, channel] : channels_) {
+    channel.has_asked = false;
+    if (std::exchange(channel.asks_at_tick, false)) ask_for_latched(id, channel);
+  }
   send_time();
   const auto watches = [](const auto& client) { return client.second.watches_graph; };
   const auto waits = [](const auto& client) { return client.second.waits_for_graph; };

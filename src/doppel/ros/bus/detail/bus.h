@@ -39,6 +39,11 @@ class EdgeLink;
 struct DOPPEL_API Endpoint {
   const void* owner = nullptr;
   EndpointInfo info;
+  // The loop's thread only: the last message of a latched publisher, which ends with it; empty: none.
+  bool latched = false;
+  Bytes last{};
+  Time last_stamp{};
+  std::uint32_t last_sequence = 0;
   [[nodiscard]] bool is_node() const { return info.edge.empty(); }
 };
 
@@ -56,7 +61,7 @@ struct Topic {
   // Changed by the loop's thread under the graph's mutex; others read under it.
   TopicId id = 0;
   std::string name;
-  bool latched = false;
+  bool latched = false;           // by one of its publishers
   const TopicOps* ops = nullptr;  // nullptr: only edges have used the topic
   std::vector<Endpoint> publishers, subscribers;
 
@@ -66,11 +71,13 @@ struct Topic {
   int delivering = 0;                                               // depth of deliver() on this topic
   const std::function<void(const std::string&)>* report = nullptr;  // BusOptions::report
   bool has_failed = false;                                          // and was reported
-  Bytes last;                                                       // of a latched topic, empty: none
-  Time last_stamp{};
-  std::uint32_t sequence = 0, last_sequence = 0;  // of the newest message, and of `last`
-  const EdgeLink* last_from = nullptr;            // the edge that sent it; nullptr: a node
+  std::uint32_t sequence = 0;                                       // of the newest message
 };
+
+// Keeps the next message of a node for late joiners, if the node's publisher is latched; before deliver().
+// The loop's thread.
+DOPPEL_API void keep(Topic& topic, const Node* sender, const void* message, Time stamp);
+DOPPEL_API void keep_encoded(Topic& topic, const Node* sender, const Bytes& cdr, Time stamp);
 
 // Delivers a message to all subscribers; the loop's thread. `from`: the edge that sent it.
 DOPPEL_API void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
@@ -100,12 +107,16 @@ namespace doppel {
 
 template <Message M>
 void Publisher<M>::publish(const M& message, Time stamp) const {
-  if (has_listeners()) bus_detail::deliver(*topic_, &message, stamp);
+  if (!has_listeners()) return;
+  if (topic_->latched) bus_detail::keep(*topic_, node_, &message, stamp);
+  bus_detail::deliver(*topic_, &message, stamp);
 }
 
 template <Message M>
 void Publisher<M>::publish_encoded(const std::shared_ptr<const Bytes>& cdr, Time stamp) const {
-  if (has_listeners()) bus_detail::deliver_encoded(*topic_, cdr, stamp);
+  if (!has_listeners()) return;
+  if (topic_->latched) bus_detail::keep_encoded(*topic_, node_, *cdr, stamp);
+  bus_detail::deliver_encoded(*topic_, cdr, stamp);
 }
 
 template <Message M>
@@ -115,7 +126,7 @@ bool Publisher<M>::has_listeners() const {
 
 template <Message M>
 Publisher<M> Node::advertise(std::string_view topic, Qos qos) {
-  return Publisher<M>(advertise_topic(topic, bus_detail::kTopicOps<M>, qos));
+  return Publisher<M>(advertise_topic(topic, bus_detail::kTopicOps<M>, qos), this);
 }
 
 template <Message M>

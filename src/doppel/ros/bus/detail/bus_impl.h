@@ -24,7 +24,7 @@ struct RecordHeader {
   TopicId topic = 0;
   std::uint32_t shared = 0;  // 1: a SharedCdr follows
   std::int64_t stamp = 0;
-  std::uint32_t sequence = 0, unused = 0;
+  std::uint32_t sequence = 0, latched = 0;  // as in Edge::Incoming
 };
 static_assert(sizeof(RecordHeader) == 24);
 using SharedCdr = std::shared_ptr<const Bytes>;
@@ -99,19 +99,17 @@ class EdgeLink {
   [[nodiscard]] bool fits_in_ring(std::size_t size) const { return size + 64 < options_.ring_bytes; }
   [[nodiscard]] bool is_listed() const { return options_.listed; }
   [[nodiscard]] bool reports_conversions() const { return options_.reports_conversions; }
-  [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
-    return sender != this || options_.receives_own;
-  }
+  [[nodiscard]] bool is_network() const { return options_.is_network; }
+  [[nodiscard]] bool wants_from(const void* sender) const { return sender != this || options_.receives_own; }
 
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
-  std::span<std::byte> begin(const Topic& topic, Time stamp, std::uint32_t sequence, std::size_t size,
-                             std::uint32_t shared = 0) {
+  std::span<std::byte> begin(Time stamp, std::size_t size, RecordHeader header) {
     const auto record = ring_.begin_write(sizeof(RecordHeader) + size);
     if (record.empty()) {
       bus_.add_skipped(1);
       return {};
     }
-    const RecordHeader header{topic.id, shared, nanoseconds_of(bus_.stamp(stamp)), sequence};
+    header.stamp = nanoseconds_of(bus_.stamp(stamp));
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
   }
@@ -128,7 +126,8 @@ class EdgeLink {
       bus_.add_skipped(1);
       return;
     }
-    const auto room = begin(topic, stamp, topic.sequence, sizeof(SharedCdr), 1);
+    const auto room =
+        begin(stamp, sizeof(SharedCdr), {.topic = topic.id, .shared = 1, .sequence = topic.sequence});
     if (room.empty()) return;
     new (room.data()) SharedCdr(cdr);
     shared_bytes_.fetch_add(cdr->size(), std::memory_order_relaxed);
@@ -169,6 +168,9 @@ class EdgeLink {
   std::set<TopicId> topics_;
   std::atomic<std::size_t> shared_bytes_{0};  // of records that share their messages
 };
+
+// The latched publishers with a message later than that number, the oldest message first.
+std::vector<const Endpoint*> latched_messages(const Topic& topic, std::uint32_t after);
 
 }  // namespace doppel::bus_detail
 
@@ -232,7 +234,13 @@ struct Bus::Impl {
   void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
                const bus_detail::EdgeLink* from);
   void explain_twist(const std::string& who, const std::string& topic, std::string_view came);
+  // Keeps an edge's next message for late joiners, if its publisher of that name is latched; before
+  // receive().
+  void keep(Topic& topic, const bus_detail::EdgeLink* sender, const std::string& node,
+            std::span<const std::byte> cdr);
   void deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
+  // Delivers those of the publishers with a later sequence number.
+  void deliver_last_after(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link, std::uint32_t after);
   Edge::SharedParameters all_parameters();
   void offer_events(const ServiceEntry& service);  // if no node uses the topic with another type
 

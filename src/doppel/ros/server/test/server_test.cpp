@@ -128,6 +128,35 @@ TEST_F(ServerTest, EveryClientReceivesLatchedMessage) {
   }
 }
 
+TEST_F(ServerTest, LateClientReceivesLatchedMessagesOfRemainingPublishers) {
+  start();
+  constexpr Qos kLatched{.depth = 1, .latched = true};
+  std::optional<Node> first, second;
+  twin_.on_loop([&] {
+    for (auto* node : {&first, &second}) {
+      node->emplace(twin_.bus(), node == &first ? "/first" : "/second");
+      (*node)->advertise<std_msgs::msg::String>("/shared", kLatched).publish({(*node)->name()}, {});
+    }
+  });
+  WebSocketClient early(client_options());
+  early.subscribe("/shared");
+  const auto next = [&](Client& client) {
+    Client::Received received;
+    return client.next(received, soon()) ? decode<std_msgs::msg::String>(received.cdr).data : "nothing";
+  };
+  EXPECT_EQ(next(early), "/first");
+  EXPECT_EQ(next(early), "/second");
+  twin_.on_loop([&] { first.reset(); });
+  for (int i = 0; i < 3; ++i) {
+    WebSocketClient late(client_options());
+    late.subscribe("/shared");
+    EXPECT_EQ(next(late), "/second");
+  }
+  twin_.on_loop([&] { second->advertise<std_msgs::msg::String>("/shared", kLatched).publish({"end"}, {}); });
+  EXPECT_EQ(next(early), "end") << "expected no latched message again for a client that has it";
+  twin_.on_loop([&] { second.reset(); });
+}
+
 TEST_F(ServerTest, ClientPublishReachesTwin) {
   start();
   WebSocketClient client(client_options());
