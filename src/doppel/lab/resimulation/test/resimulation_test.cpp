@@ -303,7 +303,6 @@ TEST_F(ResimulationTest, CallsThatOnlyReadLeaveRunsEqual) {
     if (step == 400)
       call("/doppel/describe_parameters", to_cdr(DescribeParameters::Request{.names = {"use_sim_time"}}));
     if (step == 500) call("/doppel/get_parameter_types", to_cdr(GetParameterTypes::Request{}));
-    if (step == 600) call("/controller_manager/list_controllers", {});
     if (step == 700) call("/robot_state_publisher/list_parameters", to_cdr(ListParameters::Request{}));
     for (const char* const name : {"/doppel/calibrate/undo", "/rviz/get_resource", "/resource_provider"}) {
       if (step == 800) call(name, to_cdr(std_srvs::srv::Trigger::Request{}));
@@ -313,7 +312,7 @@ TEST_F(ResimulationTest, CallsThatOnlyReadLeaveRunsEqual) {
     rosout.reset();
   });
   expect_equal();
-  EXPECT_GE(inputs_, 9U);
+  EXPECT_GE(inputs_, 8U);
 }
 
 TEST_F(ResimulationTest, EditOfRecordingStaysInItsFolder) {
@@ -329,7 +328,7 @@ TEST_F(ResimulationTest, EditOfRecordingStaysInItsFolder) {
     edited.files[1].removed = true;
     doppel_msgs::msg::Input& input = run.inputs.emplace_back();
     input.kind = doppel_msgs::msg::Input::EDIT;
-    input.step = 10;
+    input.step = 0;  // the run again ends with the last hash, that of step 1
     const Bytes cdr = to_cdr(edited);
     for (const std::byte byte : cdr) input.data.push_back(static_cast<std::uint8_t>(byte));
   }
