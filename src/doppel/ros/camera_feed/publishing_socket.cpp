@@ -19,8 +19,8 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  // bytes of a subscriber that does not keep up
 constexpr std::size_t kMaxConnections = 32;
+constexpr int kMaxReads = 16;  // of one subscriber in a turn: one that never ends leaves the others theirs
 
 [[noreturn]] void refuse(const CameraFeedOptions& options, int listener) {
   const int why = errno;
@@ -93,7 +93,7 @@ void PublishingSocket::accept_all() {
 
 void PublishingSocket::read(Connection& one) {
   std::array<char, 4096> bytes{};
-  while (!one.ended) {
+  for (int i = 0; i < kMaxReads && !one.ended; ++i) {
     const ssize_t count = ::recv(one.fd, bytes.data(), bytes.size(), 0);
     if (count < 0 && (errno == EAGAIN || errno == EINTR)) return;
     one.ended = count <= 0 || !one.peer.receive({bytes.data(), static_cast<std::size_t>(count)});
@@ -126,7 +126,7 @@ bool PublishingSocket::has_subscriber() const {
 
 void PublishingSocket::publish(std::string_view message) {
   for (Connection& one : connections_) {
-    if (!one.peer.subscribes(message) || one.peer.waiting().size() > kMaxWaiting) continue;
+    if (!one.peer.subscribes(message) || !one.peer.has_room()) continue;
     one.peer.send(message);
     write(one);
   }

@@ -124,7 +124,7 @@ bool ZmtpPeer::read_command(std::string_view body) {
     return ready_;
   }
   if (name == "SUBSCRIBE" || name == "CANCEL") add_subscription(name == "SUBSCRIBE", rest);
-  if (name == "PING" && rest.size() >= kPingTime)
+  if (name == "PING" && rest.size() >= kPingTime && has_room())
     add_frame(kCommand, "\x04PONG" + std::string(rest.substr(kPingTime)));
   return name != "ERROR";
 }
@@ -152,10 +152,12 @@ void ZmtpPeer::add_frame(std::uint8_t flags, std::string_view body) {
   out_ += body;
 }
 
+// A reader that is a little slow never takes the last byte: what it has taken is freed before it is more than
+// what waits, so that each byte is moved once at most.
 void ZmtpPeer::take(std::size_t bytes) {
   written_ += bytes;
-  if (written_ < out_.size()) return;
-  out_.clear();
+  if (written_ <= waiting().size()) return;
+  out_.erase(0, written_);
   written_ = 0;
 }
 

@@ -23,6 +23,11 @@ class ZmtpPeer {
   // Bytes that wait for the peer, and how many of them were written.
   [[nodiscard]] std::string_view waiting() const { return std::string_view(out_).substr(written_); }
   void take(std::size_t bytes);
+  // False: so much waits that more would only delay what is newer.
+  [[nodiscard]] bool has_room() const { return waiting().size() <= kMaxWaiting; }
+  [[nodiscard]] std::size_t memory() const { return out_.capacity() + received_.capacity(); }
+
+  static constexpr std::size_t kMaxWaiting = std::size_t{4} << 20;  // bytes
 
  private:
   struct Frame {

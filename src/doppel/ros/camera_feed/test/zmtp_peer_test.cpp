@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 namespace doppel {
 namespace {
 
@@ -62,6 +65,26 @@ TEST(ZmtpPeer, SubscriptionEndsWithItsCancellation) {
   EXPECT_FALSE(peer.subscribes("{1"));
   ASSERT_TRUE(peer.receive("\4\xB\x9SUBSCRIBE{"s));  // as of version 3.1
   EXPECT_TRUE(peer.subscribes("{1"));
+}
+
+TEST(ZmtpPeer, ReaderAtHalfRateCostsNoMoreThanWhatWaits) {
+  ZmtpPeer peer;
+  ASSERT_TRUE(peer.receive(greeting() + ready("SUB") + kSubscription));
+  const std::string picture(300'000, 'x');
+  for (int i = 0; i < 1000; ++i) {
+    if (peer.has_room()) peer.send(picture);
+    peer.take(std::min(peer.waiting().size(), picture.size() / 2));
+    ASSERT_LE(peer.memory(), 4 * (ZmtpPeer::kMaxWaiting + picture.size())) << "after " << i << " pictures";
+  }
+  EXPECT_FALSE(peer.has_room()) << "expected the reader to be behind";
+}
+
+TEST(ZmtpPeer, PingsOfPeerThatReadsNothingAreNotKept) {
+  ZmtpPeer peer;
+  ASSERT_TRUE(peer.receive(greeting() + ready("SUB")));
+  const std::string ping = "\6\0\0\0\0\0\0\xF\xA0\4PING\0\1"s + std::string(4000 - 7, 'x');
+  for (int i = 0; i < 10'000; ++i) ASSERT_TRUE(peer.receive(ping));
+  EXPECT_LE(peer.memory(), 4 * ZmtpPeer::kMaxWaiting);
 }
 
 TEST(ZmtpPeer, PingIsAnsweredWithItsContext) {
