@@ -1,9 +1,11 @@
 #pragma once
 // A component that is read and written by a separate thread (<ros2_control is_async="true">): the loop takes
-// the newest states, leaves the newest commands, and never waits for the device.
+// the newest states, leaves the newest commands, and never waits for the device. Nor does the emergency stop
+// wait for a cycle of a slow bus: the thread stops the device at its next turn, before it writes anything.
 
 #include <atomic>
 #include <condition_variable>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -51,9 +53,16 @@ class DOPPEL_API AsyncHardware : public HardwareComponent {
 
  private:
   enum class Work { none, read, read_and_write };
+  // Holds mutex_, after what was left for the next turn was done.
+  [[nodiscard]] std::unique_lock<std::mutex> lock_device();
+  // Acts at once, or on the thread as soon as it has ended its present read or write.
+  void act_soon(std::function<void()> action);
+  void act_now();  // does what was left; mutex_ is held
+  [[nodiscard]] bool has_action() const;
   void set_work(Work work);  // mutex_ is held
   // Starts to read after a change of state: no command from before it is written, and no state is older.
-  void begin(Work work);  // mutex_ is held
+  void begin(Work work);                                                                   // mutex_ is held
+  void switch_now(std::span<const std::string> start, std::span<const std::string> stop);  // mutex_ is held
   void run();
   HardwareReturn exchange();     // mutex_ is held
   HardwareReturn read_states();  // mutex_ is held
@@ -71,6 +80,8 @@ class DOPPEL_API AsyncHardware : public HardwareComponent {
   Work work_ = Work::none;
   bool ends_ = false;
   std::string fault_;
+  mutable std::mutex actions_mutex_;
+  std::vector<std::function<void()>> actions_;  // of the next turn, in their order
   std::thread thread_;
 };
 

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -33,8 +34,38 @@ class RecordingHardware : public FakeHardware {
  public:
   using FakeHardware::FakeHardware;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override {
-    const std::lock_guard lock(mutex_);
+    std::unique_lock lock(mutex_);
+    reading_ = true;
+    wrote_.notify_all();
+    wrote_.wait_for(lock, std::chrono::seconds(20), [this] { return !silent_; });
+    reading_ = false;
     return FakeHardware::read(now, period, states);
+  }
+  // A bus whose servos do not answer: its thread is within read() until it speaks again.
+  void fall_silent() {
+    std::unique_lock lock(mutex_);
+    silent_ = true;
+    wrote_.wait(lock, [this] { return reading_; });
+    written_.clear();
+  }
+  // True: it was silent until now.
+  bool speak() {
+    const std::lock_guard lock(mutex_);
+    silent_ = false;
+    wrote_.notify_all();
+    return reading_;
+  }
+  void on_stop() override {
+    const std::lock_guard lock(mutex_);
+    FakeHardware::on_stop();
+    stopped_ = true;
+    wrote_.notify_all();
+  }
+  // The commands that were written until the stop.
+  std::vector<double> wait_for_stop() {
+    std::unique_lock lock(mutex_);
+    wrote_.wait(lock, [this] { return stopped_; });
+    return written_;
   }
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override {
     const std::lock_guard lock(mutex_);
@@ -81,6 +112,7 @@ class RecordingHardware : public FakeHardware {
   std::mutex mutex_;
   std::condition_variable wrote_;
   std::vector<double> written_;
+  bool silent_ = false, reading_ = false, stopped_ = false;
 };
 
 // Joint a on a device that is read and written at 1000 Hz; the manager ticks only when the test says so.
@@ -150,6 +182,26 @@ TEST(AsyncHardware, ResetOfStopWritesNoCommandFromBefore) {
   rig.run(3);
   EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
   EXPECT_EQ(rig.device->present_position("a"), 0.0);
+}
+
+TEST(AsyncHardware, StopDoesNotWaitForSlowBus) {
+  AsyncRig rig;
+  rig.command(1.0);
+  rig.device->fall_silent();
+  rig.manager->stop("the test");
+  EXPECT_TRUE(rig.device->speak()) << "expected the stop to return within the bus's cycle";
+  EXPECT_THAT(rig.device->wait_for_stop(), testing::IsEmpty()) << "expected no command after the stop";
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
+}
+
+TEST(AsyncHardware, EndDuringSlowCycleStopsDevice) {
+  AsyncRig rig;
+  rig.command(1.0);
+  rig.device->fall_silent();
+  rig.manager->stop("the test");
+  EXPECT_TRUE(rig.device->speak());
+  rig.manager.reset();
 }
 
 TEST(AsyncHardware, ActivationWritesNoCommandFromBefore) {
