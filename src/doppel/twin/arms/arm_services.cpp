@@ -3,6 +3,7 @@
 #include <atomic>
 #include <utility>
 
+#include "doppel/base/core/thrown.h"
 #include "doppel/ros/bus/standard_node.h"
 #include "doppel/twin/arms/detail/arm_answers.h"
 #include "doppel/twin/arms/detail/arm_worker.h"
@@ -25,9 +26,9 @@ struct ArmServices::Impl {
   // A thread with what only it uses. A map takes seconds, and must not make poses wait.
   struct Lane {
     explicit Lane(const Log& log) : worker(log) {}
-    ArmWorker worker;
     KnownArms arms;
     std::atomic<unsigned> newest{0};  // the number of the last request
+    ArmWorker worker;                 // last: its thread uses the members above until it is joined
   };
 
   // The loop copies the state, `answer` runs on the lane's thread, and the loop sends its result. With
@@ -47,7 +48,11 @@ struct ArmServices::Impl {
         shared->objects = scene.current();
         auto response = std::make_shared<typename S::Response>();
         const auto warn = [this](std::string why) { report({std::move(why)}); };
-        answer({*shared, lane.arms, ends, warn}, request, *response);
+        try {
+          answer({*shared, lane.arms, ends, warn}, request, *response);
+        } catch (...) {
+          refuse(*response, thrown_text());
+        }
         bus.post([respond, response] { respond(*response); });
       });
       if (accepted) return;
@@ -76,8 +81,8 @@ struct ArmServices::Impl {
 
   void report(std::vector<std::string> refused) {
     if (refused.empty()) return;
-    bus.post([this, refused] {
-      for (const std::string& why : refused) log.warning("move_group", why);
+    bus.post([&lines = log, refused] {  // without `this`: the loop may run it when the robot is gone
+      for (const std::string& why : refused) lines.warning("move_group", why);
     });
   }
 
@@ -86,7 +91,7 @@ struct ArmServices::Impl {
   std::function<std::optional<ArmSnapshot>()> snapshot;
   Node node;
   SceneKeeper scene;
-  Lane solving, mapping;  // destroyed first: their threads use what is above
+  Lane solving, mapping;  // last: their threads use the members above
 };
 
 ArmServices::ArmServices(Bus& bus, const Log& log, const std::string& name_space,

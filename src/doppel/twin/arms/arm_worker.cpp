@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 namespace {
@@ -46,7 +47,11 @@ void ArmWorker::run() {
       work = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    work();
+    try {
+      work();
+    } catch (...) {
+      log_.error("move_group", "a request has no answer: " + thrown_text());
+    }
   }
 }
 
