@@ -195,18 +195,21 @@ TEST_F(DeviceServices, StoppedArmIsNotReleased) {
   EXPECT_EQ(state(), "active");
 }
 
-TEST_F(DeviceServices, PoseIsConfirmedOnceAndThenArmHolds) {
+// The controllers start as they do where the pose is known.
+TEST_F(DeviceServices, StartWaitsForPoseAndThenControllersHoldArm) {
   bring_up_arm("doppel/ServoLine", HandMotion::none);
   EXPECT_EQ(state(), "unconfirmed");
+  EXPECT_FALSE(commands());
   EXPECT_THAT(press("hold"), HasSubstr("confirm the pose"));
   EXPECT_THAT(confirm("2.5"), HasSubstr("outside of the limits"));
   EXPECT_THAT(confirm(".nan"), HasSubstr("success: false"));
+  EXPECT_EQ(state(), "unconfirmed");
   EXPECT_THAT(confirm("0.3"), HasSubstr("success: true"));
-  EXPECT_EQ(state(), "connected");
-  EXPECT_THAT(press("hold"), HasSubstr("success: true"));
-  EXPECT_EQ(state(), "holding");
+  EXPECT_EQ(state(), "active");
+  EXPECT_TRUE(commands());
+  EXPECT_NEAR(joint("lift").q, 0.3, 0.05);
   EXPECT_THAT(press("release"), HasSubstr("report no positions"));
-  EXPECT_EQ(state(), "holding");
+  EXPECT_TRUE(commands());
 }
 
 TEST_F(DeviceServices, MeasuredPoseNeedsNoConfirmation) {

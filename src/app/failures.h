@@ -11,10 +11,15 @@
 
 #include "app/print_stderr.h"
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/unavailable_error.h"
 
 namespace doppel::app {
 
 inline constexpr int kBadInput = 2;
+
+inline int exit_code_of(const InputError& error) {
+  return dynamic_cast<const UnavailableError*>(&error) != nullptr ? 1 : kBadInput;
+}
 
 // Reports that stdout could not be written, for the reason of errno's kind; 0: unknown. Returns the exit
 // code.
@@ -54,7 +59,7 @@ inline int report_system_error(const std::system_error& error) {
   return 1;
 }
 
-// The exit code that `work` returns; kBadInput for an InputError and for lost output, 1 for anything else
+// The exit code that `work` returns; that of an InputError, kBadInput for lost output, 1 for anything else
 // that it throws.
 template <class Work>
 int with_failures_reported(const Work& work) {
@@ -62,7 +67,7 @@ int with_failures_reported(const Work& work) {
     return work();
   } catch (const InputError& error) {
     print_stderr("{}\n", error.what());
-    return kBadInput;
+    return exit_code_of(error);
   } catch (const std::system_error& error) {
     if (std::ferror(stdout) == 0) return report_system_error(error);
     const int reason = error.code().value();

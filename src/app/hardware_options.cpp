@@ -20,8 +20,8 @@ void take_hardware(WorldRobot& robot) {
 HardwareUse hardware_use(const HardwareRunOptions& options, const std::vector<WorldRobot>& robots) {
   if (options.ports) return HardwareUse::ports;
   if (options.emulate) return HardwareUse::emulated;
-  const bool real =
-      std::ranges::any_of(robots, [](const WorldRobot& one) { return selects_hardware(one.arguments); });
+  const bool real = std::ranges::any_of(
+      robots, [](const WorldRobot& one) { return !hardware_argument(one.arguments).empty(); });
   return real ? HardwareUse::real : HardwareUse::simulated;
 }
 

@@ -23,8 +23,6 @@
 
 namespace {
 
-using doppel::app::kBadInput;
-
 [[noreturn]] void refuse_ros_arguments(const std::string& verb) {
   throw doppel::InputError("cli.ros_args", {},
                            fmt::format("'{}' starts no nodes, so --ros-args have no effect", verb),
@@ -107,7 +105,7 @@ int run(const std::vector<std::string>& arguments) {
     return doppel::app::report_usage(app, error);
   } catch (const doppel::InputError& error) {
     doppel::app::print_stderr("{}\n{}", error.what(), doppel::app::help_line(error));
-    return kBadInput;
+    return doppel::app::exit_code_of(error);
   }
   return exit_code;
 }

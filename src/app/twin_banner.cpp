@@ -1,6 +1,7 @@
 #include "app/twin_banner.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -67,6 +68,8 @@ void print_robot(TwinRobot& robot) {
 }
 
 void print_controllers(TwinRobot& robot) {
+  if (const std::vector<std::string> awaited = robot.awaited_hardware(); !awaited.empty())
+    return print_stderr("  controllers  start with the hardware: {}\n", fmt::join(awaited, ", "));
   const std::string text = controllers_text(robot.controller_manager().controllers());
   if (text.empty()) return print_stderr("  controllers  none: the joints are passive\n");
   print_stderr("  controllers  {}\n               {}\n", text,
@@ -146,15 +149,15 @@ void print_twin_banner(Twin& twin, const std::string& engine, bool verbose) {
   print_sensors(twin);
 }
 
-namespace {
-
-// Notes about a robot that comes with doppel, such as the choice of its base, are printed on request
 void print_stop(const Twin& twin) {
   const bool stopped = std::ranges::any_of(
       twin.robots(), [](const auto& robot) { return robot->controller_manager().is_stopped(); });
   if (stopped) print_stderr("  stopped      the emergency stop is on: doppel stop --reset\n");
 }
 
+namespace {
+
+// Notes about a robot that comes with doppel, such as the choice of its base, are printed on request
 // only.
 bool is_note_about_bundled_robot(const Diagnostic& diagnostic) {
   static const std::string kFolder = (data_folder() / "robots").string() + "/";

@@ -46,9 +46,10 @@ class DOPPEL_API AsyncHardware : public HardwareComponent {
   Status relax() override;
   Status release_joint(const JointRelease& release) override;
   Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
-  // Without a lock: a device has these two ready for another thread than that of its bus.
+  // Without a lock: a device has these three ready for another thread than that of its bus.
   void attend() override { device_->attend(); }
   [[nodiscard]] bool report(DeviceReport& out) override { return device_->report(out); }
+  [[nodiscard]] std::string awaits() const override { return device_->awaits(); }
   [[nodiscard]] std::string fault() const override;
 
  private:

@@ -180,6 +180,10 @@ class DOPPEL_API HardwareComponent {
 
   // The reason why the last read() or write() did not return ok, as the end of a sentence. Between ticks.
   [[nodiscard]] virtual std::string fault() const { return "no reason given"; }
+
+  // Between ticks, after an activation was refused: what it waits for, such as "the first states on '/x'".
+  // Once it is empty, the same activation can succeed. Empty also where it waits for nothing.
+  [[nodiscard]] virtual std::string awaits() const { return {}; }
 };
 
 }  // namespace doppel

@@ -372,9 +372,9 @@ ControllerManager::ControllerManager(Bus& bus, const Model& model, const Control
 
 ControllerManager::~ControllerManager() = default;
 
-void ControllerManager::add_hardware(std::unique_ptr<HardwareComponent> hardware,
-                                     const HardwareDescription& description, Diagnostics& diagnostics) {
-  impl_->add_hardware(std::move(hardware), description, diagnostics);
+Status ControllerManager::add_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                       const HardwareDescription& description, Diagnostics& diagnostics) {
+  return impl_->add_hardware(std::move(hardware), description, diagnostics);
 }
 
 std::vector<std::pair<std::string, std::string>> ControllerManager::declared_controllers() const {

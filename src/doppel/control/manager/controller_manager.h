@@ -83,10 +83,11 @@ class DOPPEL_API ControllerManager {
                     Diagnostics& diagnostics);
   ~ControllerManager();
 
-  // Initialises the component and brings it to its initial state of the YAML, by default active. Throws
-  // InputError if on_init refuses and for an interface that already exists; later refusals are logged.
-  void add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
-                    Diagnostics& diagnostics);
+  // Initialises the component and brings it to its initial state of the YAML, by default active. Refused with
+  // the reason: it is added and has not reached that state. Throws InputError if on_init refuses and for an
+  // interface that already exists.
+  Status add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                      Diagnostics& diagnostics);
 
   // The controllers that the file declares (name and type), in its order.
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> declared_controllers() const;
@@ -179,9 +180,9 @@ class DOPPEL_API ControllerManager {
 
   // Any thread: calls on_stall() of every component.
   void stall_hardware() noexcept;
-  // Between ticks: the statistics of a loop with a separate thread, for /diagnostics.
   // Any thread: false: no component takes commands, so that nothing moves by them.
   [[nodiscard]] bool has_active_hardware() const noexcept;
+  // Between ticks: the statistics of a loop with a separate thread, for /diagnostics.
   void report_loop(const LoopStatistics& statistics);
   // The last report; nullptr: a simulation ticks the manager.
   [[nodiscard]] const LoopStatistics* loop_statistics() const;

@@ -68,8 +68,9 @@ ResourceTable::Component& ControllerManager::Impl::initialise_hardware(
   return component;
 }
 
-void ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> hardware,
-                                           const HardwareDescription& description, Diagnostics& diagnostics) {
+Status ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> hardware,
+                                             const HardwareDescription& description,
+                                             Diagnostics& diagnostics) {
   ResourceTable::Component& component = initialise_hardware(std::move(hardware), description, diagnostics);
   make_hardware_node(component.name);
   for (std::size_t i = 0; i < component.command_names.size(); ++i) {
@@ -85,8 +86,7 @@ void ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> ha
   const HardwareState target = starts("unconfigured") ? HardwareState::unconfigured
                                : starts("inactive")   ? HardwareState::inactive
                                                       : HardwareState::active;
-  if (const Status status = set_hardware_state(component.name, target); !status)
-    log.error(options.name, status.why());
+  return set_hardware_state(component.name, target);
 }
 
 Status ControllerManager::Impl::set_hardware_state(const std::string& name, HardwareState target) {
@@ -258,7 +258,7 @@ void ControllerManager::Impl::settle(ResourceTable::Component& c, const Hardware
   log.error(options.name,
             fmt::format(
                 "hardware '{}' is {}: {}; its joints are {}; {}. Once the cause is fixed, activate it with "
-                "'ros2 control set_hardware_component_state {} active'",
+                "'doppel control set_hardware_component_state {} active'",
                 c.name, to_string(c.state), c.why, to_string(joints),
                 users.empty() ? "no controller used it" : fmt::format("deactivated: {}", quoted_names(users)),
                 c.name));

@@ -19,7 +19,6 @@ constexpr std::array kPlugins{
     SimulatorPlugin{"fake_components/GenericSystem", "mock_components/GenericSystem",
                     "ros2_control before it was renamed"},
     SimulatorPlugin{"mujoco_ros2_control/MujocoSystem", "", "MuJoCo"},
-    SimulatorPlugin{"topic_based_ros2_control/TopicBasedSystem", "", "Isaac Sim and others, by topics"},
     SimulatorPlugin{kSimulatedPlugin, "", "doppel"}};
 
 // Part of a plugin's filename or name, which have the prefixes "lib", "gz-sim-", "ignition-gazebo-", "gz::sim::".

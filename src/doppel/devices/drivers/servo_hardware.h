@@ -64,6 +64,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   void attend() override;
   [[nodiscard]] bool report(DeviceReport& out) override;
   [[nodiscard]] std::string fault() const override;
+  [[nodiscard]] std::string awaits() const override;
 
   [[nodiscard]] const ServoSetup& setup() const { return setup_; }
   [[nodiscard]] DriverState state() const { return state_.load(); }

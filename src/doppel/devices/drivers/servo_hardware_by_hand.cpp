@@ -33,4 +33,10 @@ Status ServoHardware::confirm_pose(std::span<const std::pair<std::string, double
   return {};
 }
 
+std::string ServoHardware::awaits() const {
+  if (!unconfirmed_) return {};
+  return "the pose of the arm, which a person confirms on the page (Hardware), or with: doppel hardware "
+         "confirm";
+}
+
 }  // namespace doppel

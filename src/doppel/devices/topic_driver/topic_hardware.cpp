@@ -154,6 +154,11 @@ Status TopicHardware::on_activate() {
   return {};
 }
 
+std::string TopicHardware::awaits() const {
+  if (!refused_ || state_ != DriverState::connected || readiness()) return {};
+  return fmt::format("the first states on '{}'", setup_.states);
+}
+
 Status TopicHardware::on_deactivate() {
   for (Joint& joint : joints_) joint.claimed = false;
   hold_all();

@@ -57,10 +57,10 @@ class DOPPEL_API TopicHardware : public HardwareComponent {
   [[nodiscard]] bool report(DeviceReport& out) override;
   [[nodiscard]] std::string fault() const override;
 
+  [[nodiscard]] std::string awaits() const override;
+
   // Between ticks: why it cannot be activated; ok: it can.
   [[nodiscard]] Status readiness() const;
-  // True: an activation was refused, and none has succeeded since.
-  [[nodiscard]] bool was_refused() const { return refused_; }
   [[nodiscard]] const TopicSetup& setup() const { return setup_; }
   [[nodiscard]] DriverState state() const { return state_; }
 

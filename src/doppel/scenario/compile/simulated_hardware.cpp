@@ -358,10 +358,16 @@ void report_emulated(const HardwareDescription& hardware, Diagnostics& diagnosti
                    fmt::format("the devices of '{}' are emulated; no port is opened", hardware.plugin));
 }
 
-void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics) {
-  if (real) {
+void report_plugin(const HardwareDescription& hardware, PluginUse use, Diagnostics& diagnostics) {
+  if (use == PluginUse::real) {
     diagnostics.note("ros2_control.plugin_real", hardware.plugin_source,
                      fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin));
+    return;
+  }
+  if (use == PluginUse::driver) {
+    diagnostics.note("ros2_control.plugin_simulated", hardware.plugin_source,
+                     fmt::format("'{}' drives real hardware; it is simulated here", hardware.plugin),
+                     "use_sim:=false drives the devices; of servos, --emulate drives emulated ones");
     return;
   }
   if (find_simulator_plugin(hardware.plugin) != nullptr) {
@@ -386,8 +392,8 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
                                     hardware.plugin, *near));
   } else {
     diagnostics.note("ros2_control.plugin_simulated", hardware.plugin_source,
-                     fmt::format("'{}' drives real hardware; it is simulated here", hardware.plugin),
-                     "use_sim:=false drives the devices, --emulate their drivers on emulated buses");
+                     fmt::format("doppel has no driver '{}'; it is simulated", hardware.plugin),
+                     fmt::format("for hardware: {}", kWaysToHardware));
   }
 }
 

@@ -122,9 +122,17 @@ DOPPEL_API void register_simulated_hardware(HardwareRegistry& registry, Instance
 // velocity and effort states for every driven joint, and states of the mimics.
 DOPPEL_API HardwareDescription generated_hardware(const Model& model);
 
-// Reports by a note or a warning how a plugin name is treated. `real`: the type that is registered under it
-// drives real hardware.
-DOPPEL_API void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
+// Real: the type that is registered under the plugin's name drives real hardware. Driver: doppel has one for
+// it, which is not used now. Simulated: it has none.
+enum class PluginUse { real, driver, simulated };
+// For messages: how hardware without a driver here is driven.
+inline constexpr const char* kWaysToHardware =
+    "servos: <plugin>doppel/FeetechSts</plugin> (or doppel/DynamixelX, doppel/ServoLine) with port and ids "
+    "in "
+    "hardware.yaml; an arm that another node drives: doppel/Topic; a driver of your own: --plugin LIBRARY "
+    "(doppel man hardware)";
+// Reports by a note or a warning how a plugin name is treated.
+DOPPEL_API void report_plugin(const HardwareDescription& hardware, PluginUse use, Diagnostics& diagnostics);
 // Reports by a note that the devices of a plugin are emulated.
 DOPPEL_API void report_emulated(const HardwareDescription& hardware, Diagnostics& diagnostics);
 

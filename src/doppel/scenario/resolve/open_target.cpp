@@ -53,14 +53,14 @@ bool switches_simulation(std::string_view argument) {
                      [argument](const SimulationSwitch& one) { return one.name == argument; });
 }
 
-bool selects_hardware(const XacroArguments& arguments) {
-  return std::ranges::any_of(arguments, [](const auto& argument) {
-    const auto& [name, value] = argument;
-    if (!switches_simulation(name)) return false;
+std::string hardware_argument(const XacroArguments& arguments) {
+  for (const auto& [name, value] : arguments) {
+    if (!switches_simulation(name)) continue;
     const bool on = value == "true" || value == "True" || value == "1";
     const bool off = value == "false" || value == "False" || value == "0";
-    return name == "use_real_hardware" ? on : off;
-  });
+    if (name == "use_real_hardware" ? on : off) return name + ":=" + value;
+  }
+  return {};
 }
 
 XacroArguments hardware_arguments(const fs::path& description, XacroArguments arguments,

@@ -30,8 +30,8 @@ DOPPEL_API OpenedTarget open_target(const std::string& word, XacroArguments argu
 // True if it is a xacro argument by which descriptions select simulator or hardware.
 DOPPEL_API bool switches_simulation(std::string_view argument);
 
-// True if an argument selects hardware: use_sim:=false, use_real_hardware:=true.
-DOPPEL_API bool selects_hardware(const XacroArguments& arguments);
+// The argument that selects hardware, "use_sim:=false" or "use_real_hardware:=true"; empty: none does.
+DOPPEL_API std::string hardware_argument(const XacroArguments& arguments);
 
 // The arguments for the expansion of a description with its hardware: the given ones and, if it declares
 // one that selects simulation and it is not given, that one with the other value.

@@ -7,18 +7,15 @@
 #include <optional>
 #include <set>
 
+#include "doppel/base/core/unavailable_error.h"
 #include "doppel/base/yaml/yaml_text.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/control/manager/rates.h"
-#include "doppel/devices/drivers/servo_assignment.h"
-#include "doppel/devices/emulated_robot/emulated_hardware.h"
-#include "doppel/devices/emulated_robot/emulated_port.h"
 #include "doppel/twin/loop/detail/state_hash.h"
 
 namespace doppel {
 namespace {
 
-constexpr const char* kManager = "controller_manager";
 constexpr const char* kBroadcaster = "joint_state_broadcaster/JointStateBroadcaster";
 constexpr const char* kTrajectories = "joint_trajectory_controller/JointTrajectoryController";
 constexpr const char* kVelocities = "velocity_controllers/JointGroupVelocityController";
@@ -70,48 +67,6 @@ Offer offer_of(const ControllerManager& manager) {
   return out;
 }
 
-// Makes names of components and interfaces unique: repeated ones are left out.
-class Unique {
- public:
-  explicit Unique(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
-
-  HardwareDescription of(HardwareDescription hardware) {
-    const std::string name = hardware.name;
-    for (int i = 2; !components_.insert(hardware.name).second; ++i)
-      hardware.name = fmt::format("{}_{}", name, i);
-    if (hardware.name != name) {
-      diagnostics_.warning("ros2_control.duplicate_component", hardware.source,
-                           fmt::format("there is another <ros2_control> '{}'; this one is renamed to '{}'",
-                                       name, hardware.name),
-                           "give each component its own name");
-    }
-    for (auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {
-      for (HardwareJointDescription& part : *parts) {
-        erase_known(part.command_interfaces, "command", part.name);
-        erase_known(part.state_interfaces, "state", part.name);
-      }
-    }
-    return hardware;
-  }
-
- private:
-  void erase_known(std::vector<HardwareInterfaceDescription>& interfaces, const char* kind,
-                   const std::string& part) {
-    std::erase_if(interfaces, [&](const HardwareInterfaceDescription& interface) {
-      const std::string name = part + '/' + interface.name;
-      if (interfaces_.insert(fmt::format("{} {}", kind, name)).second) return false;
-      diagnostics_.warning(
-          "ros2_control.duplicate_interface", interface.source,
-          fmt::format("the {} interface '{}' is already exported; this one is ignored", kind, name),
-          "export it once, in one <ros2_control> element");
-      return true;
-    });
-  }
-
-  Diagnostics& diagnostics_;
-  std::set<std::string> components_, interfaces_;
-};
-
 bool among(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -120,26 +75,6 @@ std::string quoted_names(const std::vector<std::string>& names) {
   std::string out;
   for (const std::string& name : names) out += fmt::format("{}'{}'", out.empty() ? "" : ", ", name);
   return out;
-}
-
-// True: a component of the machine will not be simulated.
-// The description with servos of the emulation, where it has none and they are requested.
-HardwareDescription with_emulated_servos(HardwareDescription hardware, const Model& model,
-                                         const ControlStack::Options& options) {
-  const bool emulated = options.use == HardwareUse::emulated || options.use == HardwareUse::ports;
-  if (emulated && options.emulation.servos) assign_servos(hardware, model, *options.emulation.servos);
-  return hardware;
-}
-
-bool has_device(const CompiledRobot& machine, const ControlStack::Options& options) {
-  if (options.rehearsal || options.use == HardwareUse::ports) return false;
-  const bool servos = options.use == HardwareUse::emulated, topics = options.use == HardwareUse::real;
-  return std::ranges::any_of(machine.hardware(), [&](const HardwareDescription& one) {
-    const HardwareRegistry::Type* type = options.hardware.find(one.plugin);
-    const bool emulated = servos && (options.emulation.servos || is_servo_plugin(one.plugin));
-    return emulated || (topics && is_topic_plugin(one.plugin)) ||
-           (type != nullptr && has_wall_clock(type->kind));
-  });
 }
 
 }  // namespace
@@ -190,81 +125,18 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
   manager_->set_soft_limits(soft_limits_of(machine.description(), *model_, diagnostics));
-  add_hardware(bus, machine, instance, options, diagnostics);
+  add_hardware(bus, machine, instance, options, log, diagnostics);
   diagnostics.throw_if_errors();
+  if (!absent_.empty()) throw UnavailableError(std::move(absent_));
   if (options.former != nullptr) resume_sensors(*options.former);
-}
-
-void ControlStack::add_hardware(Bus& bus, const CompiledRobot& machine, Instance instance,
-                                const Options& options, Diagnostics& diagnostics) {
-  // A copy for this robot: its simulated hardware is bound to the instance, and another robot has its own.
-  HardwareRegistry registry = options.hardware;
-  register_simulated_hardware(registry, instance);
-  if (options.use == HardwareUse::emulated) register_emulated_hardware(registry, instance, options.emulation);
-  if (options.use == HardwareUse::real && !options.rehearsal)
-    register_topic_hardware(registry, bus, machine.name_space().empty() ? "" : "/" + machine.name_space());
-  if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance, options.emulation);
-  Unique unique(diagnostics);
-  for (const HardwareDescription& written : machine.hardware()) {
-    HardwareDescription description = with_emulated_servos(written, machine.model(), options);
-    const HardwareRegistry::Type* type = registry.find(description.plugin);
-    const bool device = type != nullptr && type->kind != HardwareKind::simulated;
-    if (type != nullptr && type->kind == HardwareKind::emulated) {
-      report_emulated(written, diagnostics);
-    } else {
-      report_plugin(written, device, diagnostics);
-    }
-    // A plugin that is not installed here is simulated, with a note; a rehearsal of an edit must not open a
-    // device that the running robot uses.
-    if (type == nullptr || (device && options.rehearsal)) type = registry.find(kSimulatedPlugin);
-    description = unique.of(description);
-    std::unique_ptr<HardwareComponent> component = type->make();
-    if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
-      description.is_async = false;  // the simulation has one clock
-      simulated_.push_back({simulated, description});
-      use_sensors(*simulated, description, machine);
-    }
-    if (auto* stepped = dynamic_cast<SteppedDevice*>(component.get())) {
-      description.is_async = false;
-      stepped_.push_back(stepped);
-    }
-    // A bus has a thread of its own: the loop never waits for answers.
-    if (dynamic_cast<ServoHardware*>(component.get()) != nullptr && has_wall_clock(type->kind))
-      description.is_async = true;
-    // The bus delivers between ticks, and a thread of its own would have no turn with it.
-    auto* const topics = dynamic_cast<TopicHardware*>(component.get());
-    if (topics != nullptr) description.is_async = false;
-    real_ = real_ || has_wall_clock(type->kind);
-    manager_->add_hardware(std::move(component), description, diagnostics);
-    if (topics != nullptr && topics->was_refused()) awaited_.push_back({topics, description.name});
-  }
-}
-
-void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
-                               const CompiledRobot& machine) {
-  const SensorBindings bindings = bind_sensors(description, machine.model(), machine.sensors());
-  for (const Diagnostic& finding : bindings.unbound.all()) unbound_.push_back({description.name, finding});
-  std::vector<RigSensor> sensors;
-  for (const RobotSensor& sensor : bindings.sensors) sensors.push_back(make_rig_sensor(machine, sensor));
-  std::unique_ptr<SensorReadings> readings;
-  if (!sensors.empty())
-    readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period(),
-                                                ranges_.get());
-  hardware.use_sensors(bindings, std::move(readings));
-}
-
-// Also of those that an edit has given to another component.
-void ControlStack::resume_sensors(const ControlStack& former) {
-  for (const Simulated& one : simulated_)
-    for (const Simulated& before : former.simulated_) one.hardware->resume_sensors(*before.hardware);
 }
 
 void ControlStack::start(const ControllerSelection& selection, const Log& log) {
   if (!awaited_.empty()) {
     waiting_ = selection;
     for (const Awaited& one : awaited_)
-      log.note(kManager, fmt::format("hardware '{}' and the controllers start with the first states on '{}'",
-                                     one.name, one.hardware->setup().states));
+      log.note(kManager, fmt::format("hardware '{}' and the controllers start with {}", one.name,
+                                     one.hardware->awaits()));
     return;
   }
   only_compatible_ = selection.only_compatible;
@@ -289,23 +161,6 @@ void ControlStack::start(const ControllerSelection& selection, const Log& log) {
   }
   if (selection.only_compatible) hold_unclaimed_joints(selection, log);
   if (selection.stopped) manager_->stop("the model before the edit");
-}
-
-// Only at the start: after a fault a person activates it.
-void ControlStack::attend(const Log& log) {
-  if (!waiting_ || manager_->is_stopped()) return;
-  std::erase_if(awaited_, [this](const Awaited& one) {
-    if (one.hardware->state() != DriverState::connected) return true;  // a client has changed it
-    return one.hardware->readiness().ok() &&
-           manager_->set_hardware_state(one.name, HardwareState::active).ok();
-  });
-  if (!awaited_.empty()) return;
-  const ControllerSelection selection = *std::exchange(waiting_, std::nullopt);
-  try {
-    start(selection, log);
-  } catch (const InputError& problem) {
-    log.error(kManager, problem.what());
-  }
 }
 
 bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {

@@ -61,6 +61,9 @@ class DOPPEL_API ControlStack {
     bool rehearses = false;  // trajectories of devices first run in a copy of the twin (rehearser.h)
     std::function<std::span<const double>()> present_q = {};  // of the robot, measured where it is
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
+    // Devices that are not in their initial state are an error. False: the robot runs already, and they are
+    // reported in the log.
+    bool must_start = false;
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
     std::shared_ptr<RangeValues> ranges =
@@ -68,17 +71,20 @@ class DOPPEL_API ControlStack {
     const ControlStack* former = nullptr;  // whose sensors' start and noise continue
   };
   // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
-  // the type that is registered for its plugin name, or simulated, with a note, if there is none.
+  // the type that is registered for its plugin name, or simulated, with a note, if there is none. Throws
+  // UnavailableError with `must_start`, and where an argument selects hardware that has no driver here.
   ControlStack(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
                const Log& log, Diagnostics& diagnostics);
 
   // Throws InputError; nothing is active then. With `selection.only_compatible` nothing is refused: a
   // joint_state_broadcaster is added if there is none, and a joint_trajectory_controller for the joints with
   // position commands and without a controller, except `selection.released`, with a note.
-  // With hardware behind topics that has no states yet, the controllers start in attend().
+  // With hardware that waits for its first states, or for a person, the controllers start in attend().
   void start(const ControllerSelection& selection, const Log& log);
-  // Between steps: starts what has waited for the first states of hardware behind topics.
+  // Between steps: activates hardware that has what it waited for, and starts the controllers.
   void attend(const Log& log);
+  // The components for which the controllers wait.
+  [[nodiscard]] std::vector<std::string> awaited() const;
   // All controllers of the YAML active, or, if some are named, those active and the others inactive; of a
   // robot with choices exactly these.
   [[nodiscard]] ControllerSelection selection_of(const CompiledRobot& machine) const;
@@ -123,8 +129,21 @@ class DOPPEL_API ControlStack {
   [[nodiscard]] const std::vector<Unbound>& unbound() const { return unbound_; }
 
  private:
+  static constexpr const char* kManager = "controller_manager";  // of log lines
+
+  // True: a component of the machine will not be simulated.
+  static bool has_device(const CompiledRobot& machine, const Options& options);
+  static HardwareRegistry types_for(Bus& bus, const CompiledRobot& machine, Instance instance,
+                                    const Options& options);
   void add_hardware(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
-                    Diagnostics& diagnostics);
+                    const Log& log, Diagnostics& diagnostics);
+  void add_component(const CompiledRobot& machine, HardwareDescription description,
+                     const HardwareRegistry::Type& type, bool must_start, const Log& log,
+                     Diagnostics& diagnostics);
+  // A component that is not in its initial state, for the reason `why`.
+  void note_refusal(const HardwareComponent& component, const HardwareDescription& description,
+                    const std::string& why, bool must_start, const Log& log);
+  [[nodiscard]] HardwareState state_of(const std::string& component) const;
   void resume_sensors(const ControlStack& former);
   void use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
                    const CompiledRobot& machine);
@@ -154,11 +173,13 @@ class DOPPEL_API ControlStack {
   std::vector<Simulated> simulated_;
   std::vector<SteppedDevice*> stepped_;  // of emulated hardware
   struct Awaited {
-    TopicHardware* hardware;
+    const HardwareComponent* hardware;
     std::string name;
+    bool failed = false;  // its activation, which is not tried again
   };
-  std::vector<Awaited> awaited_;                // without states since the start
+  std::vector<Awaited> awaited_;                // since the start
   std::optional<ControllerSelection> waiting_;  // for them
+  std::vector<Diagnostic> absent_;              // devices that were asked for and are not there
   std::vector<Unbound> unbound_;
   RigOptions sensor_options_;
   std::shared_ptr<const EarthFrame> earth_;

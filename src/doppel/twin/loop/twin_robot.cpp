@@ -149,6 +149,7 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;
+  options.must_start = former == nullptr;
   if (former != nullptr) options.former = former->control_.get();
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   // The manager's period is a whole number of steps (see period_in_steps()), so that the division is exact.

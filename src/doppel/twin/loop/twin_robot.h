@@ -115,6 +115,7 @@ class DOPPEL_API TwinRobot {
   }
   // See ControlStack.
   [[nodiscard]] bool has_emulated_devices() const { return control_->has_emulated_devices(); }
+  [[nodiscard]] std::vector<std::string> awaited_hardware() const { return control_->awaited(); }
   bool guide(std::string_view joint, double position) { return control_->guide(joint, position); }
   void show(Time now);  // publishes its present state
   void robots_changed(Time now) { ticks_.robots_changed(now); }

@@ -193,8 +193,8 @@ struct ControllerManager::Impl {
   void serve_hardware();
 
   // -- manager_hardware.cpp
-  void add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
-                    Diagnostics& diagnostics);
+  Status add_hardware(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
+                      Diagnostics& diagnostics);
   ResourceTable::Component& initialise_hardware(std::unique_ptr<HardwareComponent> hardware,
                                                 const HardwareDescription& description,
                                                 Diagnostics& diagnostics);

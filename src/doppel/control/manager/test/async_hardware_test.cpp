@@ -127,7 +127,7 @@ struct AsyncRig {
     device = made.get();
     HardwareDescription description = device->description();
     description.is_async = true;
-    manager->add_hardware(std::move(made), description, diagnostics);
+    EXPECT_TRUE(manager->add_hardware(std::move(made), description, diagnostics));
     manager->start(Names{"left"});
     EXPECT_TRUE(load_other().ok());
   }

@@ -56,8 +56,8 @@ struct LoopRig {
     });
     manager = std::make_unique<ControllerManager>(bus, model, registry, &file, ControllerManagerOptions{},
                                                   log, diagnostics);
-    manager->add_hardware(HardwareRegistry::with_builtin().find(description.plugin)->make(), description,
-                          diagnostics);
+    EXPECT_TRUE(manager->add_hardware(HardwareRegistry::with_builtin().find(description.plugin)->make(),
+                                      description, diagnostics));
     manager->start(Names{"g"});
     options.lock_memory = false;
     loop = std::make_unique<ControlLoop>(*manager, gate, Time{}, options, log);

@@ -42,7 +42,7 @@ struct TwoSystems : ManagerRig {
       : ManagerRig(yaml, {{"a"}, {"b"}}, only("FakeSystem", "a", {kPosition})) {
     auto second = std::make_unique<FakeHardware>(only("Other", "b", {kPosition, kVelocity}));
     other = second.get();
-    manager->add_hardware(std::move(second), other->description(), diagnostics);
+    EXPECT_TRUE(manager->add_hardware(std::move(second), other->description(), diagnostics));
   }
   static FakeHardwareOptions only(const std::string& name, const std::string& joint, Names commands) {
     FakeHardwareOptions options;
@@ -316,7 +316,7 @@ TEST(HardwareLifecycle, PluginNameLoadsComponentFromSharedLibrary) {
   description.name = "Outside";
   description.plugin = "test_plugin/Still";
   description.joints.emplace_back().name = "c";
-  rig.manager->add_hardware(type->make(), description, rig.diagnostics);
+  EXPECT_TRUE(rig.manager->add_hardware(type->make(), description, rig.diagnostics));
   EXPECT_EQ(rig.manager->state("c/position"), 0.125);
   EXPECT_THAT(input_error_of([&] {
                 load_plugin_library(DOPPEL_TEST_HARDWARE_PLUGIN, rig.registry, rig.hardware_types);

@@ -2,6 +2,8 @@
 // A controller manager with a fake robot and fake hardware, driven tick by tick; all its messages are
 // recorded.
 
+#include <gtest/gtest.h>
+
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -51,7 +53,7 @@ struct ManagerRig {
                                                   options, log, diagnostics);
     auto fake = std::make_unique<FakeHardware>(std::move(hardware_options));
     hardware = fake.get();
-    manager->add_hardware(std::move(fake), hardware->description(), diagnostics);
+    EXPECT_TRUE(manager->add_hardware(std::move(fake), hardware->description(), diagnostics));
   }
 
   // Ticks, with actions between them.

@@ -447,7 +447,7 @@ TEST(ControllerManager, RelativeParamsFileIsFound) {
   options.joints = {"a", "b"};
   auto fake = std::make_unique<FakeHardware>(options);
   const HardwareDescription description = fake->description();
-  manager.add_hardware(std::move(fake), description, rig.diagnostics);
+  EXPECT_TRUE(manager.add_hardware(std::move(fake), description, rig.diagnostics));
   manager.start(Names{"left"});
   EXPECT_THAT(manager.controllers()[0].claimed, ElementsAre("b/position"));
   EXPECT_TRUE(rig.diagnostics.all().empty());

@@ -244,13 +244,27 @@ TEST_F(SimulatedHardwareTest, ContinuousJointTakesShortestWay) {
 
 TEST_F(SimulatedHardwareTest, PluginsAreMappedAndTyposReported) {
   hardware_.plugin = "ign_ros2_control/IgnitionSystem";
-  report_plugin(hardware_, false, diagnostics_);
+  report_plugin(hardware_, PluginUse::simulated, diagnostics_);
   hardware_.plugin = "gz_ros2_control/GazeboSimSytem";
-  report_plugin(hardware_, false, diagnostics_);
+  report_plugin(hardware_, PluginUse::simulated, diagnostics_);
   hardware_.plugin = "omarm_hardware/OmArmSystem";
-  report_plugin(hardware_, false, diagnostics_);
+  report_plugin(hardware_, PluginUse::simulated, diagnostics_);
   EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.plugin_mapped", "ros2_control.plugin_typo",
                                                "ros2_control.plugin_simulated"}));
+}
+
+// What the note proposes must be possible.
+TEST_F(SimulatedHardwareTest, NoteNamesDevicesOnlyWhereDoppelHasTheirDriver) {
+  hardware_.plugin = "doppel/FeetechSts";
+  report_plugin(hardware_, PluginUse::driver, diagnostics_);
+  hardware_.plugin = "my_arm/MyArmSystem";
+  report_plugin(hardware_, PluginUse::simulated, diagnostics_);
+  const std::string driver = diagnostics_.all()[0].str(), foreign = diagnostics_.all()[1].str();
+  EXPECT_NE(driver.find("use_sim:=false drives the devices"), std::string::npos) << driver;
+  EXPECT_EQ(foreign.find("use_sim:=false"), std::string::npos) << foreign;
+  EXPECT_NE(foreign.find("doppel has no driver 'my_arm/MyArmSystem'"), std::string::npos) << foreign;
+  for (const char* way : {"doppel/FeetechSts", "hardware.yaml", "doppel/Topic", "--plugin"})
+    EXPECT_NE(foreign.find(way), std::string::npos) << foreign;
 }
 
 TEST_F(SimulatedHardwareTest, ParametersOfMockWithoutEffectAreNamed) {
@@ -259,7 +273,7 @@ TEST_F(SimulatedHardwareTest, ParametersOfMockWithoutEffectAreNamed) {
                       {"state_following_offset", "0.0"},
                       {"calculate_dynamics", "true"},
                       {"mock_sensor_comands", "true"}};
-  report_plugin(hardware_, false, diagnostics_);
+  report_plugin(hardware_, PluginUse::simulated, diagnostics_);
   EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.plugin_mapped", "ros2_control.param_unused",
                                                "ros2_control.unknown_param"}));
   EXPECT_NE(diagnostics_.all()[1].message.find("'calculate_dynamics'"), std::string::npos);

@@ -99,7 +99,8 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
     register_simulated_hardware(registry, engine_->instance(0));
     manager_ = std::make_unique<ControllerManager>(bus_, *model_, controllers_, &file_,
                                                    ControllerManagerOptions{}, log_, diagnostics);
-    manager_->add_hardware(registry.find(description_.plugin)->make(), description_, diagnostics);
+    EXPECT_TRUE(
+        manager_->add_hardware(registry.find(description_.plugin)->make(), description_, diagnostics));
     manager_->start(controllers);
     EXPECT_FALSE(diagnostics.has_errors());
   }
