@@ -264,6 +264,10 @@ void read_files(BagReader& bag, const fs::path& bundled_robots, const std::vecto
   if (scenario.scenario.hardware == HardwareUse::real)
     refuse("it is of real hardware, which would move", "play its messages with: doppel bag play BAG");
   report_changed_files(scenario, out.notes);
+  if (scenario.scenario.hardware == HardwareUse::real)
+    refuse(
+        "it is of real hardware, whose motion no simulation repeats, and which a repeated run must not move",
+        "doppel bag play shows it");
   out.scenario = scenario.scenario;
   const auto about = texts_of(bag, kRunMetadata);
   out.root = value_of(about, "root");

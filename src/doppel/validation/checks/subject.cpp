@@ -53,11 +53,13 @@ std::filesystem::path Subject::validation_folder() const {
 Subject read_subject(const Scenario& scenario, const SubjectOptions& options) {
   Subject out;
   out.scenario = scenario;
+  // The physics is judged. Devices, real or emulated, belong to the running robot, and cannot be saved.
+  out.scenario.hardware = HardwareUse::simulated;
   Audited audited = audit_of(scenario, options, out);
   out.audit = std::move(audited.report);
   out.name = out.audit.robot;
   try {
-    out.compiled = std::make_shared<const CompiledScenario>(scenario, out.notes);
+    out.compiled = std::make_shared<const CompiledScenario>(out.scenario, out.notes);
     Diagnostics none;
     out.model = std::make_shared<const Model>(compile_model(out.description(), BaseKind::fixed, none));
     out.files = files_with_hashes(out.compiled->files());

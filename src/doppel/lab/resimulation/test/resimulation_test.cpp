@@ -112,6 +112,19 @@ class ResimulationTest : public testing::Test {
   std::size_t inputs_ = 0;
 };
 
+// A repeated run would open the port, and repeat the commands on the arm.
+TEST_F(ResimulationTest, RunWithRealHardwareIsRefused) {
+  Scenario scenario = scenario_of("omarm_zero");
+  scenario.hardware = HardwareUse::real;
+  record(scenario, 5, [](Twin&, Edge&, std::uint64_t) {});
+  try {
+    static_cast<void>(read());
+    FAIL() << "it is read";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("it is of real hardware"));
+  }
+}
+
 // A client that sends something else each time: trajectories, velocities, parameters, services that change
 // the world.
 class RandomClient {

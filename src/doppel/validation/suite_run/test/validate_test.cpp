@@ -68,6 +68,22 @@ INSTANTIATE_TEST_SUITE_P(All, BundledRobot,
                                          "ackermann_car", "rover_mecanum", "rover_skid"),
                          [](const auto& robot) { return std::string(robot.param); });
 
+// The Validate panel beside a running arm judges a copy of it.
+TEST(ValidateTest, ArmWithEmulatedServosIsJudgedWithoutThem) {
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "desk_arm", .arguments = {{"use_sim", "false"}}}};
+  scenario.hardware = HardwareUse::emulated;
+  const Subject subject =
+      read_subject(scenario, {.datasheets = DOPPEL_SOURCE_DIR "/datasheets", .datasheet = {}});
+  ValidationOptions options = quick();
+  options.only = {"G09", "G13", "T2", "T4"};
+  options.joint = "elbow_flex";
+  const ValidationReport report = validate(subject, {}, options);
+  EXPECT_TRUE(report.passed()) << failures(report);
+  EXPECT_EQ(result(report, "G13").verdict, Verdict::passed);
+}
+
 TEST(ValidateTest, ResultsAreEqualForAnyNumberOfJobs) {
   const Subject subject = subject_of("lab_arm");
   std::vector<std::string> texts;
