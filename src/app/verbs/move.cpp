@@ -147,6 +147,29 @@ class Progress {
   Clock::time_point last_{};
 };
 
+// A sentence on the hardware of the joint, if it is not active; empty: it is, or there is no answer.
+std::string hardware_problem(Client& twin, const std::string& manager, const std::string& joint) {
+  using controller_manager_msgs::srv::ListHardwareComponents;
+  ListHardwareComponents::Response all;
+  try {
+    all = call<ListHardwareComponents>(twin, manager + "/list_hardware_components");
+  } catch (const ClientError&) {
+    return {};
+  }
+  for (const auto& one : all.component) {
+    const bool drives = std::ranges::any_of(one.command_interfaces, [&](const auto& command) {
+      return std::string_view(command.name).starts_with(joint + "/");
+    });
+    if (!drives || one.state.label == "active") continue;
+    return fmt::format(
+        "'{}' is not at its target, because the hardware '{}' is {}; the log of the twin has the cause. Once "
+        "it is "
+        "fixed: doppel control set_hardware_component_state {} active",
+        joint, std::string(one.name), std::string(one.state.label), std::string(one.name));
+  }
+  return {};
+}
+
 // The movers on their way to the targets, and all that arrives from the twin meanwhile.
 class Motion {
  public:
@@ -201,7 +224,10 @@ class Motion {
     }
     for (const auto& [joint, target] : targets_) {
       std::string problem = arrival.why_not(robot_, joint, target);
-      if (!problem.empty()) problems.push_back(std::move(problem));
+      if (problem.empty()) continue;
+      // States of hardware that has failed are old, and say nothing of a cause.
+      const std::string failed = hardware_problem(twin_, manager_, joint);
+      problems.push_back(failed.empty() ? std::move(problem) : failed);
     }
     for (const std::string& problem : problems) print_note("error: " + problem);
     return problems.empty() ? 0 : 1;
