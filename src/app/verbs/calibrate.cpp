@@ -419,8 +419,13 @@ void declare_live(CLI::App& verb, CalibrateOptions& options) {
   verb.add_option("--component", options.component, "With --live: of several <ros2_control> blocks")
       ->type_name("NAME")
       ->needs("--live");
+  CLI::Option* const serial =
+      verb.add_option("--serial", options.port, "With --live: the port of the servos' bus")
+          ->type_name("PORT")
+          ->needs("--live");
   verb.add_option("--port", options.port,
-                  "With --live: the servos' port, or the number of a running robot's server")
+                  "With --live: the number of a running robot's server, or the port of the servos' bus")
+      ->excludes(serial)
       ->type_name("PORT")
       ->needs("--live");
   verb.add_flag("--yes", options.yes, "Questions are answered with yes");

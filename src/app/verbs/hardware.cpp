@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -25,6 +27,8 @@
 #include "doppel/devices/drivers/servo_hardware.h"
 #include "doppel/devices/serial/file_link.h"
 #include "doppel/devices/serial/serial_ports.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::app {
 namespace {
@@ -100,7 +104,10 @@ Json json_of(const FoundDevice& one) {
 int run_scan(const ScanVerbOptions& options) {
   std::vector<PortInfo> ports;
   for (const std::string& path : options.ports) ports.emplace_back().path = path;
-  if (ports.empty()) ports = serial_ports();
+  if (ports.empty()) {
+    ports = serial_ports();
+    std::ranges::move(emulated_ports(), std::back_inserter(ports));
+  }
   const ScanOptions scan = scan_options(options);
   Json all = Json::array();
   std::size_t found = 0;
@@ -246,7 +253,7 @@ int ask_for_direction(const OpenBus& open, const std::string& joint, bool positi
 }
 
 int run_nudge(const NudgeVerbOptions& options) {
-  OpenBus open = open_bus(options.hardware);
+  OpenBus open = open_bus(options.hardware, options.joint);
   if (!confirmed(fmt::format("'{}' is about to move by {:g} degrees; is the arm supported and free?",
                              options.joint, options.degrees),
                  options.yes))
@@ -282,7 +289,7 @@ struct RecoverVerbOptions {
 };
 
 int run_recover(const RecoverVerbOptions& options) {
-  OpenBus open = open_bus(options.hardware);
+  OpenBus open = open_bus(options.hardware, options.joint);
   const Recovery plan = plan_recovery(*open.bus, open.setup, options.joint);
   if (plan.is_inside) {
     print_line("'{}' is at {:.1f} degrees, inside of its limits\n", options.joint, plan.start / kDegree);
@@ -313,20 +320,11 @@ struct ServoVerbOptions {
   bool yes = false;
 };
 
-std::vector<JointServo> chosen_servos(const ServoSetup& setup, const std::string& joint) {
-  if (joint.empty()) return setup.joints;
-  std::vector<std::string> names;
-  for (const JointServo& one : setup.joints) {
-    if (one.joint == joint) return {one};
-    names.push_back(one.joint);
-  }
-  throw_usage_error(fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
-}
-
 int for_each_servo(const ServoVerbOptions& options, const std::string& question, const char* done,
                    const std::function<bool(ServoBus&, const JointServo&)>& work) {
-  OpenBus open = open_bus(options.hardware);
-  const std::vector<JointServo> servos = chosen_servos(open.setup, options.joint);
+  OpenBus open = open_bus(options.hardware, options.joint);
+  const std::vector<JointServo> servos =
+      options.joint.empty() ? open.setup.joints : std::vector{servo_named(open.setup, options.joint)};
   if (!confirmed(question, options.yes)) return 1;
   int failed = 0;
   for (const JointServo& one : servos) {
@@ -361,9 +359,10 @@ struct ConfirmOptions {
   bool yes = false;
 };
 
-int run_confirm(const ConfirmOptions& options) {
-  const ServoSetup setup = read_hardware_setup(options.hardware);
-  std::vector<std::pair<std::string, double>> positions;
+using Pose = std::vector<std::pair<std::string, double>>;
+
+Pose pose_of(const ConfirmOptions& options, const ServoSetup& setup) {
+  Pose positions;
   for (const std::string& text : options.positions) {
     const std::size_t equals = text.rfind('=');
     const std::optional<double> degrees =
@@ -372,12 +371,53 @@ int run_confirm(const ConfirmOptions& options) {
       throw_usage_error(fmt::format("'{}' is no position", text), "write \"joint 1=90\", in degrees");
     positions.emplace_back(text.substr(0, equals), *degrees * kDegree);
   }
-  if (positions.empty()) positions = setup.park;
+  return positions.empty() ? setup.park : positions;
+}
+
+// The running twin of this user that has the port open; nullopt: another program has it.
+std::optional<RunningTwin> twin_at_port(const ServoSetup& setup) {
+  const int pid = pid_with_open(port_of(setup));
+  for (RunningTwin& twin : find_running()) {
+    if (pid != 0 && twin.pid == pid) return std::move(twin);
+  }
+  return {};
+}
+
+// The twin's driver has the link to the board: it takes the pose, and turns the torque on if its start waited
+// for it.
+int confirm_in_twin(const RunningTwin& running, const ServoSetup& setup, const Pose& positions) {
+  using doppel_msgs::srv::ConfirmPose;
+  const auto twin = Shell::connect(running);
+  ConfirmPose::Request request;
+  request.component = setup.component;
+  for (const auto& [joint, position] : positions) {
+    request.joints.emplace_back(joint);
+    request.positions.push_back(position);
+  }
+  std::vector<std::string> services;
+  for (const auto& [name, service] : twin->services()) {
+    if (name.ends_with("/doppel/hardware/confirm_pose")) services.push_back(name);
+  }
+  if (services.size() != 1)
+    throw ClientError(fmt::format("'{}' (port {}) has {} robots with devices: confirm the pose on its page",
+                                  running.robot, running.port, services.size()));
+  const auto response = call<ConfirmPose>(*twin, services.front(), request);
+  if (!response.success) throw ClientError(std::string(response.message));
+  print_line("'{}' (port {}): {}\n", running.robot, running.port, std::string(response.message));
+  return 0;
+}
+
+int run_confirm(const ConfirmOptions& options) {
+  const ServoSetup setup = read_hardware_setup(options.hardware);
+  const Pose positions = pose_of(options, setup);
+  check_confirmation(setup, positions);
+  const std::optional<RunningTwin> twin = twin_at_port(setup);
+  const auto link = twin ? nullptr : open_servo_link(setup);
   for (const auto& [joint, position] : positions)
     print_line("  {}: {:.1f} degrees\n", joint, position / kDegree);
   if (!confirmed("does the arm stand like this? It jumps there when its torque goes on.", options.yes))
     return 1;
-  const auto link = open_servo_link(setup);
+  if (twin) return confirm_in_twin(*twin, setup, positions);
   confirm_pose(*link, setup, positions);
   print_line("confirmed until the board loses its power\n");
   return 0;
@@ -448,10 +488,11 @@ void add_servo_verbs(CLI::App& group, int& exit_code) {
   add<ServoVerbOptions>(group, "relax", "Turn the torque of servos off", "doppel hardware relax my_arm",
                         exit_code, servo_options, run_relax);
   add<ServoVerbOptions>(group, "reboot", "Restart Dynamixel servos, which clears a latched overload",
-                        "doppel hardware reboot my_arm --joint wrist", exit_code, servo_options, run_reboot);
+                        "doppel hardware reboot my_arm --joint joint_2", exit_code, servo_options,
+                        run_reboot);
   add<ConfirmOptions>(
       group, "confirm", "Say where an arm of hobby servos stands, after its board had no power",
-      "doppel hardware confirm my_arm --at \"joint 1=90\" --at \"joint 2=45\"", exit_code,
+      "doppel hardware confirm my_arm --at joint_1=0 --at joint_2=45", exit_code,
       [](CLI::App& verb, ConfirmOptions& options) {
         add_hardware_target(verb, options.hardware);
         verb.add_option("--at", options.positions, "JOINT=DEGREES, for each joint; default: the park pose")
@@ -461,9 +502,9 @@ void add_servo_verbs(CLI::App& group, int& exit_code) {
       run_confirm);
   add<SetIdOptions>(
       group, "set-id", "Give a servo another id",
-      "doppel hardware set-id --port /dev/ttyUSB0 --from 1 --id 3", exit_code,
+      "doppel hardware set-id --serial /dev/ttyUSB0 --from 1 --id 7", exit_code,
       [](CLI::App& verb, SetIdOptions& options) {
-        verb.add_option("--port", options.port, "Of its bus")->required();
+        verb.add_option("--serial,--port", options.port, "The port of its bus")->required();
         verb.add_option("--protocol", options.protocol, "feetech or dynamixel")->capture_default_str();
         verb.add_option("--rate", options.rate, "bit/s; default: the usual one")->check(CLI::PositiveNumber);
         verb.add_option("--from", options.from, "The present id")->required()->check(CLI::Range(0, 252));
@@ -476,9 +517,10 @@ void add_servo_verbs(CLI::App& group, int& exit_code) {
 void add_scan(CLI::App& group, int& exit_code) {
   add<ScanVerbOptions>(
       group, "scan", "List the ports, and what answers on each of them: protocol, rate, ids, models, supply",
-      "doppel hardware scan\n  doppel hardware scan --port /dev/ttyUSB0 --protocol feetech", exit_code,
+      "doppel hardware scan\n  doppel hardware scan --serial /dev/ttyUSB0 --protocol feetech", exit_code,
       [](CLI::App& verb, ScanVerbOptions& options) {
-        verb.add_option("--port", options.ports, "Only this port; may be repeated")->type_name("PORT");
+        verb.add_option("--serial,--port", options.ports, "Only this port; may be repeated")
+            ->type_name("PORT");
         verb.add_option("--protocol", options.protocol, "feetech, dynamixel or servo_line; default: all");
         verb.add_option("--rate", options.rate, "Only this rate, bit/s")->check(CLI::PositiveNumber);
         verb.add_option("--last-id", options.last_id, "The largest id that is tried")
@@ -493,7 +535,7 @@ void add_scan(CLI::App& group, int& exit_code) {
 void add_hardware(CLI::App& app, int& exit_code) {
   CLI::App& group = add_group(
       app, "hardware", "Servos on a bus: find them, check them, move them for the first time",
-      "doppel hardware scan\n  doppel hardware check my_arm\n  doppel hardware nudge my_arm \"joint 2\"");
+      "doppel hardware scan\n  doppel hardware check my_arm\n  doppel hardware nudge my_arm --joint joint_2");
   add_scan(group, exit_code);
   add<CheckVerbOptions>(
       group, "check", "Compare the servos with the description: ids, models, limits, delays, supply",
@@ -507,7 +549,7 @@ void add_hardware(CLI::App& app, int& exit_code) {
       run_bus_check);
   add<RestoreVerbOptions>(
       group, "restore", "Write registers back as they were before check --fix",
-      "doppel hardware restore my_arm arm_registers.yaml", exit_code,
+      "doppel hardware restore my_arm --file my_arm_hardware_registers.yaml", exit_code,
       [](CLI::App& verb, RestoreVerbOptions& options) {
         add_hardware_target(verb, options.hardware);
         verb.add_option("--file", options.file, "The file that check --fix wrote")->required();
@@ -516,7 +558,7 @@ void add_hardware(CLI::App& app, int& exit_code) {
       run_restore);
   add<NudgeVerbOptions>(
       group, "nudge", "Move one joint by 3 degrees with little torque, and see which one moves",
-      "doppel hardware nudge my_arm --joint \"Revolute 2\"", exit_code,
+      "doppel hardware nudge my_arm --joint joint_2", exit_code,
       [](CLI::App& verb, NudgeVerbOptions& options) {
         add_hardware_target(verb, options.hardware);
         verb.add_option("--joint", options.joint, "The joint that moves")->required();
@@ -532,7 +574,7 @@ void add_hardware(CLI::App& app, int& exit_code) {
   add<RecoverVerbOptions>(
       group, "recover",
       "Drive a joint that stands outside of its limits back inside, at 5 degrees per second",
-      "doppel hardware recover my_arm --joint \"Revolute 2\"", exit_code,
+      "doppel hardware recover my_arm --joint joint_2", exit_code,
       [](CLI::App& verb, RecoverVerbOptions& options) {
         add_hardware_target(verb, options.hardware);
         verb.add_option("--joint", options.joint, "The joint that is outside")->required();

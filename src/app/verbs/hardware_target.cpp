@@ -52,8 +52,8 @@ void add_hardware_target(CLI::App& verb, HardwareOptions& options) {
   add_target(verb, options.words);
   verb.add_option("--component", options.component, "Of the <ros2_control> blocks, if several drive servos")
       ->type_name("NAME");
-  verb.add_option("--port", options.port,
-                  "The port instead of that of the description: /dev/ttyUSB0, tcp://HOST:PORT")
+  verb.add_option("--serial,--port", options.port,
+                  "The port of the bus instead of that of the description: /dev/ttyUSB0, tcp://HOST:PORT")
       ->type_name("PORT");
   verb.add_option("--rate", options.rate, "bit/s instead of that of the description")
       ->check(CLI::PositiveNumber);
@@ -73,9 +73,10 @@ ServoSetup read_hardware_setup(const HardwareOptions& options) {
   return setup;
 }
 
-OpenBus open_bus(const HardwareOptions& options) {
+OpenBus open_bus(const HardwareOptions& options, const std::string& joint) {
   OpenBus out;
   out.setup = read_hardware_setup(options);
+  if (!joint.empty()) static_cast<void>(servo_named(out.setup, joint));
   if (out.setup.protocol == ServoProtocol::servo_line)
     throw InputError(
         "hardware.no_registers", {},

@@ -32,8 +32,8 @@ struct OpenBus {
   std::unique_ptr<ByteLink> link;
   std::unique_ptr<ServoBus> bus;
 };
-// Throws InputError as open_link().
-OpenBus open_bus(const HardwareOptions& options);
+// Throws InputError as open_link(), and before where no servo drives `joint`; empty: no certain one.
+OpenBus open_bus(const HardwareOptions& options, const std::string& joint = "");
 
 // A question that a person answers with y or n; `yes`: it is answered. Without a terminal the answer is no.
 bool confirmed(const std::string& question, bool yes);

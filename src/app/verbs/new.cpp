@@ -43,6 +43,11 @@ int run_new(const NewOptions& options) {
   text += fmt::format(
       "\nNext:\n  doppel check {0}\n  doppel up {0}\nand from another shell:\n  doppel move {1} --in 2\n",
       shown, scaffold::example_move(design));
+  if (design.servo != nullptr)
+    text += fmt::format(
+        "The servos, emulated until you have them (ids and port: {0}/config/hardware.yaml):\n"
+        "  doppel emulate {0}\n  doppel hardware scan\n  doppel up {0} use_sim:=false\n",
+        shown);
   deliver(text);
   return 0;
 }
@@ -57,15 +62,20 @@ void add_new(CLI::App& app, int& exit_code) {
   verb->add_flag("--gripper", options->arm.gripper, "With a gripper of two fingers");
   verb->add_option("--reach", options->arm.reach,
                    "From the shoulder to the tool, m; default: by the number of joints");
-  verb->add_option("--payload", options->arm.payload,
-                   "What it carries stretched out, kg: the effort limits follow")
-      ->capture_default_str();
+  verb->add_option(
+      "--payload", options->arm.payload,
+      "What it carries stretched out, kg: the effort limits follow; default: 0.5, of servos 0.05");
+  verb->add_option(
+      "--servos", options->arm.servos,
+      "Servos that drive it: feetech, dynamixel, or servo_line (hobby servos behind a board), with "
+      "their driver and config/hardware.yaml");
   verb->add_option("--in", options->folder, "The folder to make the package in")->capture_default_str();
   verb->add_option("--maintainer", options->maintainer, "For package.xml; default: the user's name");
   verb->add_option("--email", options->email, "For package.xml");
   verb->add_option("--license", options->licence, "For package.xml, for instance Apache-2.0");
   verb->footer(
       "Examples:\n  doppel new my_arm\n  doppel new my_arm --dof 4 --gripper\n"
+      "  doppel new my_arm --servos feetech      # then: doppel emulate my_arm\n"
       "  doppel new big_arm --dof 7 --reach 1.4 --payload 5 --in ~/ros2_ws/src --license Apache-2.0");
   verb->callback([options, &exit_code] { exit_code = run_new(*options); });
 }

@@ -36,4 +36,10 @@ std::string make_private_folder(const fs::path& folder) {
   return private_folder_problem(folder);
 }
 
+fs::path runtime_folder() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && *runtime == '/') return fs::path(runtime) / "doppel";
+  return fmt::format("/tmp/doppel-{}", geteuid());
+}
+
 }  // namespace doppel

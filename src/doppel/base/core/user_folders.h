@@ -13,6 +13,9 @@ namespace doppel {
 // Empty: the user has neither. Any thread.
 DOPPEL_API std::filesystem::path state_folder();
 
+// The folder by which running programs of the user find each other: $XDG_RUNTIME_DIR/doppel, else
+// /tmp/doppel-<uid>. Any thread.
+DOPPEL_API std::filesystem::path runtime_folder();
 // Why other users may have put something into the folder, or may read it; "": this user alone can. A user
 // who makes a folder in /tmp first can replace what is in it by links to files of the one who uses it. Any
 // thread.

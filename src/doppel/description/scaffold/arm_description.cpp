@@ -123,7 +123,7 @@ constexpr std::string_view kRobot = R"x(<?xml version="1.0" encoding="utf-8"?>
      Each effort limit is at least twice what holds the arm stretched out with a payload of @payload@ kg. -->
 <robot name="@robot@" xmlns:xacro="http://www.ros.org/wiki/xacro">
 
-  <!-- true: Gazebo drives the joints; false: mock hardware, or your driver (see @robot@.ros2_control.xacro) -->
+  <!-- true: Gazebo drives the joints; false: @hardware@ (see @robot@.ros2_control.xacro) -->
   <xacro:arg name="use_sim" default="false"/>
   <xacro:include filename="solids.xacro"/>
   <xacro:include filename="@robot@.ros2_control.xacro"/>
@@ -195,7 +195,7 @@ constexpr std::string_view kControl = R"x(<?xml version="1.0" encoding="utf-8"?>
         <plugin>gz_ros2_control/GazeboSimSystem</plugin>
       </xacro:if>
       <xacro:unless value="$(arg use_sim)">
-        <plugin>mock_components/GenericSystem</plugin> <!-- your driver's plugin in its place -->
+        @plugin@
       </xacro:unless>
     </hardware>
 @driven@  </ros2_control>
@@ -216,6 +216,11 @@ std::string number(double value) {
   return fmt::format("{:g}", std::round(value * 1e4) / 1e4);
 }
 
+double finger_velocity(const ArmDesign& design) {
+  constexpr double kFingerVelocity = 0.1;  // m/s
+  return design.servo == nullptr ? kFingerVelocity : design.servo->velocity * kPinionRadius;
+}
+
 std::string tool_text(const ArmDesign& design) {
   std::string out = filled(kTool, {{"last", design.joints.back().link}});
   if (!design.request.gripper) return out;
@@ -229,7 +234,7 @@ std::string tool_text(const ArmDesign& design) {
                                  {"finger_offset", number(0.085 * size)},
                                  {"travel", number(design.finger_travel)},
                                  {"finger_effort", number(design.finger_effort)},
-                                 {"finger_velocity", "0.1"},
+                                 {"finger_velocity", number(finger_velocity(design))},
                                  {"finger_damping", number(0.5 * design.finger_effort)},
                                  {"finger_friction", number(0.02 * design.finger_effort)}});
 }
@@ -268,14 +273,16 @@ std::string robot_xacro(const PackageName& name, const ArmDesign& design) {
     parent = joint.link;
     z = length;
   }
-  return filled(kRobot, {{"robot", name.robot},
-                         {"summary", summary(design)},
-                         {"payload", number(design.request.payload)},
-                         {"base_radius", number(design.base_radius)},
-                         {"base_height", number(design.base_height)},
-                         {"sizes", sizes},
-                         {"joints", joints},
-                         {"tool", tool_text(design)}});
+  return filled(kRobot,
+                {{"robot", name.robot},
+                 {"summary", summary(design)},
+                 {"payload", number(design.payload)},
+                 {"hardware", design.servo == nullptr ? "mock hardware, or your driver" : "the servos"},
+                 {"base_radius", number(design.base_radius)},
+                 {"base_height", number(design.base_height)},
+                 {"sizes", sizes},
+                 {"joints", joints},
+                 {"tool", tool_text(design)}});
 }
 
 std::string control_xacro(const PackageName& name, const ArmDesign& design) {
@@ -285,7 +292,14 @@ std::string control_xacro(const PackageName& name, const ArmDesign& design) {
   };
   for (const ArmJoint& joint : design.joints) add(joint.name, joint.initial);
   if (design.request.gripper) add("gripper_joint", design.finger_travel / 2);
-  return filled(kControl, {{"robot", name.robot}, {"package", name.package}, {"driven", driven}});
+  const std::string plugin =
+      design.servo == nullptr
+          ? "<plugin>mock_components/GenericSystem</plugin> <!-- your driver's plugin in its place -->"
+          : fmt::format(
+                "<plugin>{}</plugin> <!-- doppel's driver; ids and port are in config/hardware.yaml -->",
+                design.servo->plugin);
+  return filled(kControl,
+                {{"robot", name.robot}, {"package", name.package}, {"driven", driven}, {"plugin", plugin}});
 }
 
 }  // namespace doppel::scaffold

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::scaffold {
 namespace {
@@ -14,6 +16,24 @@ constexpr double kGravity = 9.81;
 constexpr double kRollLimit = 2.9, kPitchLimit = 2.0;
 constexpr double kReserve = 2.0;       // times the effort that holds the stretched arm with its payload
 constexpr double kAcceleration = 8.0;  // rad/s^2 of each joint with the arm stretched out
+constexpr double kPayload = 0.5, kPayloadOfServos = 0.05;
+
+// STS3215 at 7.4 V, XL430-W250 at 12 V, and an MG996R at 5 V, whose travel of 180 degrees has a margin.
+constexpr std::array<ServoKind, 3> kServos{
+    {{"feetech", "doppel/FeetechSts", "STS3215", 1.91, 5.4, kRollLimit, 0.3, 1},
+     {"dynamixel", "doppel/DynamixelX", "XL430-W250", 1.4, 5.9, kRollLimit, 0.3, 1},
+     {"servo_line", "doppel/ServoLine", "a hobby servo", 0.9, 5.0, 1.5, 0.22, 0}}};
+
+const ServoKind* servo_of(const std::string& protocol) {
+  if (protocol.empty()) return nullptr;
+  const auto found = std::ranges::find(kServos, protocol, &ServoKind::protocol);
+  if (found != kServos.end()) return &*found;
+  std::vector<std::string> names;
+  for (const ServoKind& one : kServos) names.emplace_back(one.protocol);
+  throw InputError("new.servos", {},
+                   fmt::format("there are no servos '{}'{}", protocol, did_you_mean(protocol, names)),
+                   "choose feetech, dynamixel or servo_line");
+}
 
 void check_range(const char* option, double value, double least, double most, const char* unit) {
   if (value >= least && value <= most) return;
@@ -90,7 +110,7 @@ Load load_at(const ArmDesign& design, std::size_t index) {
     add(link_mass(joint), at + 0.5 * joint.length);
     at += joint.length;
   }
-  add(design.request.payload, at + design.finger_length);
+  add(design.payload, at + design.finger_length);
   if (design.request.gripper) add(gripper_mass(design), at + 0.5 * design.finger_length);
   return load;
 }
@@ -106,8 +126,25 @@ void limit_joints(ArmDesign& design) {
     const Load load = load_at(design, i);
     joint.effort = rounded_up(std::max(kReserve * load.torque, load.torque + kAcceleration * load.inertia));
   }
-  const double grip = kGravity * std::max(design.request.payload, 0.1);
+  const double grip = kGravity * std::max(design.payload, 0.1);
   design.finger_effort = rounded_up(4.0 * grip);  // of two fingers, by a friction of a half, twice
+}
+
+// The limits become those of the servos.
+void use_servos(ArmDesign& design) {
+  const ServoKind& servo = *design.servo;
+  for (ArmJoint& joint : design.joints) {
+    if (joint.effort > servo.effort)
+      throw InputError("new.servos", {},
+                       fmt::format("{} needs {:g} N m, and {} has {:g}", joint.name, joint.effort,
+                                   servo.model, servo.effort),
+                       fmt::format("choose a reach below {:g} m, fewer joints or a smaller payload",
+                                   design.request.reach));
+    joint.effort = servo.effort;
+    joint.velocity = servo.velocity;
+    joint.upper = std::min(joint.upper, servo.limit);
+    joint.lower = -joint.upper;
+  }
 }
 
 void bend_arm(ArmDesign& design) {
@@ -119,6 +156,10 @@ void bend_arm(ArmDesign& design) {
 }
 
 }  // namespace
+
+std::span<const ServoKind> servo_kinds() {
+  return kServos;
+}
 
 double link_mass(const ArmJoint& joint) {
   const double hub = std::numbers::pi * 2 * std::pow(kHubRatio * joint.radius, 3);
@@ -134,10 +175,13 @@ double gripper_mass(const ArmDesign& design) {
 
 ArmDesign design_arm(const ArmRequest& request) {
   check_range("--dof", request.dof, kMinDof, kMaxDof, " joints");
-  check_range("--payload", request.payload, 0, kMaxPayload, " kg");
   ArmDesign design;
   design.request = request;
-  if (request.reach == 0) design.request.reach = default_reach(request.dof);
+  design.servo = servo_of(request.servos);
+  design.payload = request.payload.value_or(design.servo == nullptr ? kPayload : kPayloadOfServos);
+  check_range("--payload", design.payload, 0, kMaxPayload, " kg");
+  if (request.reach == 0)
+    design.request.reach = design.servo == nullptr ? default_reach(request.dof) : design.servo->reach;
   check_range("--reach", design.request.reach, kMinReach, kMaxReach, " m");
   for (int i = 0; i < request.dof; ++i) {
     ArmJoint joint;
@@ -148,6 +192,7 @@ ArmDesign design_arm(const ArmRequest& request) {
   }
   shape_links(design);
   limit_joints(design);
+  if (design.servo != nullptr) use_servos(design);
   bend_arm(design);
   return design;
 }

@@ -136,6 +136,9 @@ Target resolve_target(const std::string& target, const fs::path& bundled_robots)
     return from_folder(bundled ? bundled_robots / target : fs::path(target).lexically_normal());
   }
   if (fs::is_regular_file(target, none)) return {target, package_of(target)};
+  // The robot's name finds the package that `doppel new` makes for it, and most others.
+  if (const std::string package = target + "_description"; !target.empty() && is_package(package))
+    return from_folder(fs::path(package).lexically_normal());
   refuse(target, bundled_robots);
 }
 

@@ -7,13 +7,19 @@
 #include "doppel/devices/drivers/pose_record.h"
 
 namespace doppel {
-void confirm_pose(ByteLink& link, const ServoSetup& setup,
-                  const std::vector<std::pair<std::string, double>>& positions) {
+
+void check_confirmation(const ServoSetup& setup,
+                        const std::vector<std::pair<std::string, double>>& positions) {
   if (setup.protocol != ServoProtocol::servo_line)
     throw InputError("hardware.has_sensors", {},
-                     fmt::format("the servos of '{}' measure their positions; nothing is to be confirmed",
+                     fmt::format("the servos of '{}' report their positions: there is nothing to confirm",
                                  setup.component));
   check_pose(setup, positions);
+}
+
+void confirm_pose(ByteLink& link, const ServoSetup& setup,
+                  const std::vector<std::pair<std::string, double>>& positions) {
+  check_confirmation(setup, positions);
   const std::vector<FoundDevice> found =
       scan_link(link, {.protocols = {ServoProtocol::servo_line}, .rates = {setup.rate}});
   if (found.empty())

@@ -11,9 +11,13 @@
 
 namespace doppel {
 
+// Throws InputError: the servos of the setup report their positions, or a joint of the pose (rad) is missing,
+// unknown or beyond its limits.
+DOPPEL_API void check_confirmation(const ServoSetup& setup,
+                                   const std::vector<std::pair<std::string, double>>& positions);
+
 // Records that the arm stands at these positions (rad) since the present start of its board. Throws
-// InputError: the setup has no such board, the board does not answer, a joint is missing, unknown or beyond
-// its limits, the record cannot be written.
+// InputError as check_confirmation(), and where the board does not answer or the record cannot be written.
 DOPPEL_API void confirm_pose(ByteLink& link, const ServoSetup& setup,
                              const std::vector<std::pair<std::string, double>>& positions);
 

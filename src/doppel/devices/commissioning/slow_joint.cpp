@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {
@@ -14,15 +13,6 @@ namespace {
 constexpr Duration kSlowPeriod{20'000'000};
 
 }  // namespace
-
-const JointServo& servo_named(const ServoSetup& setup, const std::string& joint) {
-  const auto servo = std::ranges::find(setup.joints, joint, &JointServo::joint);
-  if (servo != setup.joints.end()) return *servo;
-  std::vector<std::string> names;
-  for (const JointServo& one : setup.joints) names.push_back(one.joint);
-  throw InputError("hardware.unknown_joint", {},
-                   fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
-}
 
 SlowJoint::SlowJoint(ServoBus& bus, const ServoSetup& setup, const JointServo& servo, double torque,
                      const std::function<bool()>& ends)

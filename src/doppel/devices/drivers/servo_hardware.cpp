@@ -34,12 +34,13 @@ constexpr Duration kParkPeriod{20'000'000};
 
 }  // namespace
 
-std::unique_ptr<ByteLink> open_servo_link(const ServoSetup& setup) {
-  if (setup.port != "auto") return open_link(setup.port, setup.rate);
+std::string port_of(const ServoSetup& setup) {
+  if (setup.port != "auto") return setup.port;
   // The board's own ports are there without a device, too.
   std::vector<PortInfo> ports = serial_ports();
   std::erase_if(ports, [](const PortInfo& one) { return one.usb_id.empty(); });
-  if (ports.size() == 1) return open_link(ports.front().path, setup.rate);
+  std::ranges::move(emulated_ports(), std::back_inserter(ports));
+  if (ports.size() == 1) return ports.front().path;
   std::vector<std::string> names;
   for (const PortInfo& one : ports) names.push_back(one.by_id.empty() ? one.path : one.by_id);
   throw InputError(
@@ -48,7 +49,11 @@ std::unique_ptr<ByteLink> open_servo_link(const ServoSetup& setup) {
                     : fmt::format("hardware '{}' may be behind any of these ports: {}", setup.component,
                                   fmt::join(names, ", ")),
       ports.empty() ? "connect the device; without one, see: doppel emulate"
-                    : "write its port into hardware.yaml");
+                    : "write its port into hardware.yaml; doppel hardware scan shows what is behind each");
+}
+
+std::unique_ptr<ByteLink> open_servo_link(const ServoSetup& setup) {
+  return open_link(port_of(setup), setup.rate);
 }
 
 std::string_view to_string(DriverState state) {

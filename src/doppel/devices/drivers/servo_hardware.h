@@ -137,7 +137,9 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   std::unique_ptr<LatestCopy> reported_;
 };
 
-// The link of a setup; "auto" is the only port that there is. Throws InputError as open_link().
+// The port of a setup; "auto" is the only port that there is, of USB or emulated. Throws InputError as
+// open_link().
+[[nodiscard]] DOPPEL_API std::string port_of(const ServoSetup& setup);
 [[nodiscard]] DOPPEL_API std::unique_ptr<ByteLink> open_servo_link(const ServoSetup& setup);
 // Registers the drivers under their plugin names.
 class HardwareRegistry;

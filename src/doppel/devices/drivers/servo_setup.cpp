@@ -428,6 +428,15 @@ fs::path hardware_file_of(const HardwareDescription& description) {
   return fs::is_regular_file(file, failed) ? file : fs::path{};
 }
 
+const JointServo& servo_named(const ServoSetup& setup, const std::string& joint) {
+  const auto servo = std::ranges::find(setup.joints, joint, &JointServo::joint);
+  if (servo != setup.joints.end()) return *servo;
+  std::vector<std::string> names;
+  for (const JointServo& one : setup.joints) names.push_back(one.joint);
+  throw InputError("hardware.unknown_joint", {},
+                   fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
+}
+
 ServoSetup read_servo_setup(const HardwareDescription& description, const Model& model,
                             Diagnostics& diagnostics) {
   return SetupReader(description, model, diagnostics).read();

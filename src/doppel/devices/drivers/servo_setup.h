@@ -89,6 +89,9 @@ struct ServoPlugin {
 [[nodiscard]] DOPPEL_API ServoSetup read_servo_setup(const HardwareDescription& description,
                                                      const Model& model, Diagnostics& diagnostics);
 
+// The servo that drives a joint. Throws InputError with the nearest name.
+[[nodiscard]] DOPPEL_API const JointServo& servo_named(const ServoSetup& setup, const std::string& joint);
+
 // The file hardware.yaml of the package that contains a description; empty: there is none.
 [[nodiscard]] DOPPEL_API std::filesystem::path hardware_file_of(const HardwareDescription& description);
 

@@ -75,6 +75,7 @@ Status EmulatedPort::on_configure() {
   server_ = guarded_thread(
       [this] { serve(); },
       [this](const std::string& why) { log_->error(setup_.component, "the emulated bus: " + why); });
+  note_ = std::make_unique<EmulatedPortNote>(terminal_->name(), setup_.component + ", emulated");
   log_->note(setup_.component, fmt::format("{} at {} bit/s, {} servos, behind {}", to_string(setup_.protocol),
                                            setup_.rate, setup_.joints.size(), terminal_->name()));
   return {};
@@ -82,6 +83,7 @@ Status EmulatedPort::on_configure() {
 
 Status EmulatedPort::on_cleanup() {
   stop_serving();
+  note_.reset();
   terminal_.reset();
   return {};
 }

@@ -17,6 +17,7 @@
 #include "doppel/devices/emulation/emulation_options.h"
 #include "doppel/devices/emulation/fault_file.h"
 #include "doppel/devices/serial/file_link.h"
+#include "doppel/devices/serial/serial_ports.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -70,7 +71,8 @@ class DOPPEL_API EmulatedPort : public HardwareComponent, public SteppedDevice {
   Time start_{};  // of the terminal's clock
   std::unique_ptr<EngineMotors> motors_;
   std::unique_ptr<PseudoTerminal> terminal_;
-  std::mutex mutex_;  // of devices_
+  std::unique_ptr<EmulatedPortNote> note_;  // for other programs
+  std::mutex mutex_;                        // of devices_
   std::unique_ptr<DeviceEmulator> devices_;
   std::atomic<bool> ends_{false};
   std::thread server_;

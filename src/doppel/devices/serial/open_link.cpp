@@ -35,6 +35,7 @@ constexpr int kConnectPatience = 2000;  // ms
   std::vector<std::string> there_are;
   for (const PortInfo& port : serial_ports())
     there_are.push_back(port.by_id.empty() ? port.path : port.by_id);
+  for (const PortInfo& port : emulated_ports()) there_are.push_back(port.path);
   refuse("no_port", fmt::format("there is no port {}{}", path, did_you_mean(path, there_are)),
          there_are.empty()
              ? "connect the device, and see its port with: doppel hardware scan; without one: doppel emulate"

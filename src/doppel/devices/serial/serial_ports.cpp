@@ -89,19 +89,26 @@ std::vector<PortInfo> serial_ports(const fs::path& root) {
   return out;
 }
 
-std::string process_with_open(const fs::path& file) {
+int pid_with_open(const fs::path& file) {
   std::error_code failed;
   const fs::path target = fs::canonical(file, failed);
-  if (failed) return {};
+  if (failed) return 0;
   for (const fs::path& process : entries_of("/proc")) {
-    const std::string pid = process.filename();
-    if (!std::ranges::all_of(pid, [](char c) { return c >= '0' && c <= '9'; })) continue;
+    const std::string name = process.filename();
+    int pid = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), pid);
+    if (error != std::errc() || end != name.data() + name.size()) continue;
     for (const fs::path& open : entries_of(process / "fd")) {
-      if (fs::read_symlink(open, failed) != target || failed) continue;
-      return first_line(process / "comm") + " (pid " + pid + ")";
+      if (fs::read_symlink(open, failed) == target && !failed) return pid;
     }
   }
-  return {};
+  return 0;
+}
+
+std::string process_with_open(const fs::path& file) {
+  const int pid = pid_with_open(file);
+  if (pid == 0) return {};
+  return first_line(fs::path("/proc") / std::to_string(pid) / "comm") + " (pid " + std::to_string(pid) + ")";
 }
 
 std::string group_of(const std::filesystem::path& file) {

@@ -22,13 +22,32 @@ struct PortInfo {
 // USB serial ports and those of the board, by path. `root`: the root of /dev and /sys, for tests.
 DOPPEL_API std::vector<PortInfo> serial_ports(const std::filesystem::path& root = "/");
 
+// The emulated ports of this user's running programs, by path; `product` names the device. Removes the notes
+// of programs that no longer exist.
+DOPPEL_API std::vector<PortInfo> emulated_ports();
+
+// The note by which other programs of this user find an emulated port, until the destructor. Where the
+// run-time folder cannot be used there is none.
+class DOPPEL_API EmulatedPortNote {
+ public:
+  EmulatedPortNote(const std::string& path, const std::string& product);
+  ~EmulatedPortNote();
+  EmulatedPortNote(const EmulatedPortNote&) = delete;
+  EmulatedPortNote& operator=(const EmulatedPortNote&) = delete;
+
+ private:
+  std::filesystem::path file_;
+};
+
 // The longest latency timer of an adapter, ms, with which a bus makes some hundred cycles a second.
 inline constexpr int kMaxLatencyTimer = 2;
 
 // The group that may open a file, by name or number; empty: there is no such file.
 DOPPEL_API std::string group_of(const std::filesystem::path& file);
 
-// The process that has a file open, "doppel (pid 4711)"; empty: none that this user may see.
+// The process that has a file open, by its number, and as "doppel (pid 4711)"; 0 or empty: none that this
+// user may see.
+DOPPEL_API int pid_with_open(const std::filesystem::path& file);
 DOPPEL_API std::string process_with_open(const std::filesystem::path& file);
 
 }  // namespace doppel

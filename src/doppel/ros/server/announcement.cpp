@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
-#include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -78,9 +77,7 @@ std::optional<RunningTwin> read_announcement(const fs::path& file) {
 }  // namespace
 
 fs::path announcement_folder() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && *runtime == '/') return fs::path(runtime) / "doppel";
-  return fmt::format("/tmp/doppel-{}", geteuid());
+  return runtime_folder();
 }
 
 Announcement::Announcement(std::string robot, std::uint16_t port, const std::string& address,

@@ -10,9 +10,6 @@
 
 namespace doppel {
 
-// The servo that drives a joint. Throws InputError with the nearest name.
-const JointServo& servo_named(const ServoSetup& setup, const std::string& joint);
-
 class SlowJoint {
  public:
   // torque: of the stall torque. ends(): true: the motion ends where it is; may be empty. All outlive it.
