@@ -31,8 +31,16 @@ struct LaunchedPrograms::Running {
   ChildProcess child;
   std::string line = {};
   bool output_open = true;
+  bool has_ended = false;  // what it has left of its group may run
 
   Running(LaunchedProgram started, const ChildStart& start) : program(std::move(started)), child(start) {}
+
+  // At most what a pipe holds: a process that the program has left may write without end.
+  void take_rest(const Log& log) {
+    constexpr int kParts = 16;
+    pollfd output{child.output(), POLLIN, 0};
+    for (int i = 0; i < kParts && output_open && poll(&output, 1, 0) > 0; ++i) take(log);
+  }
 
   void take(const Log& log) {
     std::array<char, 4096> part{};
@@ -115,17 +123,18 @@ void LaunchedPrograms::pass_output(const Log& log) {
 
 void LaunchedPrograms::notice_ends(const StartedRun& run) {
   std::vector<LaunchedProgram> ended;
-  std::erase_if(running_, [&](const auto& one) {
+  for (const auto& one : running_) {
     const std::optional<int> code = one->child.ended();
-    if (!code || one->output_open) return false;
+    if (!code || std::exchange(one->has_ended, true)) continue;
+    one->take_rest(run.log);
     if (*code == 0) {
       run.log.note(kOrigin, fmt::format("'{}' has ended", one->program.label));
     } else {
       run.log.warning(kOrigin, fmt::format("'{}' has ended with exit code {}", one->program.label, *code));
     }
     ended.push_back(one->program);
-    return true;
-  });
+  }
+  std::erase_if(running_, [](const auto& one) { return !one->output_open && one->child.group_ended(); });
   for (const LaunchedProgram& program : ended) {
     start_all_after(program.record, run);
     if (!program.required) continue;
@@ -146,7 +155,11 @@ void LaunchedPrograms::stop_all(const Log& log) {
     const auto end = Clock::now() + limit;
     while (!running_.empty() && Clock::now() < end) {
       pass_output(log);
-      std::erase_if(running_, [](const auto& one) { return one->child.ended().has_value(); });
+      std::erase_if(running_, [&log](const auto& one) {
+        if (!one->child.group_ended()) return false;
+        one->take_rest(log);
+        return true;
+      });
     }
   }
   for (const auto& one : running_)

@@ -1,7 +1,6 @@
 #pragma once
 // The user's own programs of a launch file, beside a twin: started when it is ready, with their output in
-// its log,
-// and ended with it.
+// its log, and ended with it, together with the processes that they have left in their groups.
 
 #include <atomic>
 #include <memory>

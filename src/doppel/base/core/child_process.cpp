@@ -14,6 +14,7 @@
 #include <cstdlib>
 #include <span>
 #include <sstream>
+#include <string_view>
 #include <system_error>
 
 #include "doppel/base/core/detail/confinement.h"
@@ -26,6 +27,10 @@ namespace {
 constexpr int kRequests = 3, kAnswers = 4;  // descriptors of the child
 constexpr int kNotStarted = 127;
 constexpr rlim_t kMaxClosed = 65536;  // descriptors, where they are closed one by one
+
+// A confined program inherits these; others may have tokens and passwords.
+constexpr std::array<std::string_view, 4> kHarmlessVariables = {"PATH", "LD_LIBRARY_PATH", "ROS_DISTRO",
+                                                                "ROS_VERSION"};
 
 // Written by a child that cannot start its program.
 struct StartFailure {
@@ -51,6 +56,7 @@ std::vector<std::string> merged_environment(const ChildStart& start) {
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry;
     const std::string name = text.substr(0, text.find('='));
+    if (start.confined && std::ranges::find(kHarmlessVariables, name) == kHarmlessVariables.end()) continue;
     const auto is_name = [&](const auto& added) { return added.first == name; };
     if (std::none_of(start.environment.begin(), start.environment.end(), is_name)) out.push_back(text);
   }
@@ -209,13 +215,22 @@ ChildProcess::ChildProcess(const ChildStart& start) : own_group_(start.own_group
 }
 
 ChildProcess::~ChildProcess() {
-  if (ended()) return;
+  if (group_ended()) return;
   signal(SIGKILL);
   wait();
 }
 
 void ChildProcess::signal(int number) {
-  if (!exit_code_) kill(own_group_ ? -pid_ : pid_, number);
+  if (!group_ended()) kill(own_group_ ? -pid_ : pid_, number);
+}
+
+bool ChildProcess::group_ended() {
+  if (!ended() || group_ended_) return group_ended_;
+  // Orphans are children of this process where it is the first one of a container.
+  while (own_group_ && waitpid(-pid_, nullptr, WNOHANG) > 0) continue;
+  // A group without processes is not asked again: another one may get its number.
+  group_ended_ = !own_group_ || (kill(-pid_, 0) != 0 && errno == ESRCH);
+  return group_ended_;
 }
 
 std::optional<int> ChildProcess::ended() {

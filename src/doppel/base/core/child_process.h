@@ -23,7 +23,9 @@ DOPPEL_API bool is_program(const std::filesystem::path& file);
 struct ChildStart {
   std::vector<std::string> words;     // the program, searched in PATH, and its arguments
   std::filesystem::path folder = {};  // empty: that of this process
-  std::vector<std::pair<std::string, std::string>> environment = {};  // in addition to that of this process
+  // Variables in addition to those of this process. A confined program, which may be a stranger's, inherits
+  // only those by which programs are found and those of the distribution of ROS.
+  std::vector<std::pair<std::string, std::string>> environment = {};
   bool output_piped = false;  // stdout and stderr are one pipe, stdin is empty
   bool converses = false;     // descriptor 3 is a pipe that it writes to, 4 one that it reads
   bool own_group = true;      // false: signals of the terminal reach it, too
@@ -45,7 +47,7 @@ class DOPPEL_API ChildProcess {
   // it would not be confined. Call it from a thread that lives as long as the child: the kernel ends the
   // child with that thread.
   explicit ChildProcess(const ChildStart& start);
-  // Ends its group with SIGKILL if it still runs.
+  // Ends what still runs of its group with SIGKILL.
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
@@ -56,16 +58,19 @@ class DOPPEL_API ChildProcess {
   [[nodiscard]] int requests() const { return requests_.get(); }
   [[nodiscard]] int answers() const { return answers_.get(); }
 
-  // Sends a signal to the group.
+  // Sends a signal to the group, also to processes that the program has left there at its end.
   void signal(int number);
-  // The exit code, or 128 + signal; nullopt: it runs.
+  // The exit code of the program, or 128 + signal; nullopt: it runs.
   std::optional<int> ended();
   int wait();
+  // Neither the program nor another process of its group runs.
+  bool group_ended();
 
  private:
   pid_t pid_ = 0;
   bool own_group_;
   std::optional<int> exit_code_;
+  bool group_ended_ = false;
   FileDescriptor output_{-1}, requests_{-1}, answers_{-1};
 };
 

@@ -70,6 +70,28 @@ TEST(ChildProcess, SignalReachesGrandchildren) {
   EXPECT_EQ(read_until_end(child.output()), "");
 }
 
+// The pipe ends with the last process that has it.
+TEST(ChildProcess, GroupOfEndedProgramGetsSignals) {
+  ChildProcess child({.words = {"sh", "-c", "sleep 100 & exit 7"}, .output_piped = true});
+  EXPECT_EQ(child.wait(), 7);
+  EXPECT_FALSE(child.group_ended());
+  child.signal(SIGTERM);
+  EXPECT_EQ(read_until_end(child.output()), "");
+}
+
+TEST(ChildProcess, GroupOfEndedProgramEndsWithIt) {
+  FileDescriptor output(-1);
+  {
+    ChildProcess child({.words = {"sh", "-c", "trap '' INT TERM; sleep 100 & exit 0"}, .output_piped = true});
+    EXPECT_EQ(child.wait(), 0);
+    output = FileDescriptor(dup(child.output()));
+  }
+  EXPECT_EQ(read_until_end(output.get()), "");
+  ChildProcess alone({.words = {"true"}});
+  alone.wait();
+  EXPECT_TRUE(alone.group_ended());
+}
+
 TEST(ChildProcess, DescriptorsOfParentAreNotInherited) {
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);
@@ -118,6 +140,11 @@ TEST_F(ConfinedChild, ReadsFilesAndFolders) {
   EXPECT_EQ(output("import threading\nt = threading.Thread(target=print, args=('in a thread',))\n"
                    "t.start(); t.join()"),
             "in a thread\n");
+}
+
+TEST_F(ConfinedChild, HasNoVariablesOfItsUser) {
+  setenv("DOPPEL_TEST_PASSWORD", "secret", 1);
+  EXPECT_EQ(output("print('DOPPEL_TEST_PASSWORD' in os.environ, 'PATH' in os.environ)"), "False True\n");
 }
 
 TEST_F(ConfinedChild, ChangesNoFile) {
