@@ -21,7 +21,7 @@ struct RegularFile {
 // Opens a file to read it. Devices are not opened: some of them act on that.
 DOPPEL_API RegularFile open_regular_file(const std::filesystem::path& file);
 
-struct FileContent {
+struct DOPPEL_API FileContent {
   std::string bytes;
   std::string problem;  // as that of RegularFile, also that the file is too large; empty: it was read
   bool is_missing = false;
