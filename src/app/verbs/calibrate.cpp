@@ -454,10 +454,10 @@ void add_calibrate(CLI::App& app, int& exit_code) {
   verb->add_flag("--json", options->json, "Print a JSON object to stdout");
   verb->footer(
       "Examples:\n"
-      "  doppel calibrate my_arm.xacro                     (asks for joints and poses)\n"
+      "  doppel calibrate my_arm.xacro                     # asks for joints and poses\n"
       "  doppel calibrate my_arm.xacro --measure \"Revolute 2: 0=45 90=135\" --measure \"Revolute 3: 0=55 "
       "90=145\"\n"
-      "  doppel calibrate my_arm.xacro --live               (positions are read; the arm is moved by hand)\n"
+      "  doppel calibrate my_arm.xacro --live              # positions are read; the arm is moved by hand\n"
       "  doppel calibrate so101.urdf --lerobot "
       "~/.cache/huggingface/lerobot/calibration/robots/so101_follower/arm.json\n"
       "Corrections go into the overlay beside the description (doppel overlay show).");

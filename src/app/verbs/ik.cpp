@@ -230,7 +230,7 @@ void add_ik(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-9, M_PI));
   verb->add_flag("--json", options->json, "Print a JSON object to stdout, in m and rad");
   verb->footer(
-      "Examples:\n  doppel ik omarm_one --at 0.2 0.1 0.15 --down\n  doppel ik my_arm.urdf --at 0.3 0 0.2 "
+      "Examples:\n  doppel ik omarm_one --at 0.2 0.1 0.1 --down\n  doppel ik my_arm.urdf --at 0.3 0 0.2 "
       "--rpy "
       "180deg 0 90deg --all\n  doppel ik kate --group arm --at 0.2 0 0.7      # the position alone\nThe exit "
       "code is 0 for a solution, 1 if there is none, 2 for wrong input. See doppel man reach.md");

@@ -184,7 +184,7 @@ void add_service(CLI::App& app, int& exit_code) {
       group, "call", "Call a service and print its response",
       R"(doppel service call /gazebo/apply_joint_effort gazebo_msgs/srv/ApplyJointEffort \
     '{joint_name: "Revolute 1", effort: 0.01, duration: {sec: 1}}'
-  doppel service call /gazebo/pause_physics          (the type is optional))",
+  doppel service call /gazebo/pause_physics          # the type is optional)",
       exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
         verb.add_option("service", options.name, "Service name")->required();
