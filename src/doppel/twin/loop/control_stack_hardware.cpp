@@ -84,9 +84,8 @@ Diagnostic no_driver(const HardwareDescription& hardware, const HardwareRegistry
       hardware.plugin.empty()
           ? fmt::format("<ros2_control> '{}' has no <plugin>", hardware.name)
           : fmt::format("doppel has no driver '{}'{}", hardware.plugin, did_you_mean(hardware.plugin, names));
-  return {Severity::error, "hardware.no_driver",
-          fmt::format("{} asks for hardware, and {}", argument, what), hardware.plugin_source,
-          kWaysToHardware};
+  return {Severity::error, "hardware.no_driver", fmt::format("{} asks for hardware, and {}", argument, what),
+          hardware.plugin_source, kWaysToHardware};
 }
 
 void report_nothing_driven(const CompiledRobot& machine, const std::string& argument,

@@ -71,7 +71,7 @@ class HardwareStart : public testing::Test {
   Diagnostics found_;
 };
 
-TEST_F(HardwareStart, MissingPortIsTheOnlyCause) {
+TEST_F(HardwareStart, MissingPortIsOnlyCause) {
   hardware_yaml("Arm: {port: /dev/ttyNONE}\n");
   const std::vector<Diagnostic> errors = refusal(arm_with("doppel/FeetechSts", "false"));
   ASSERT_EQ(errors.size(), 1U);
@@ -89,7 +89,7 @@ TEST_F(HardwareStart, HardwareThatIsToStayUnconfiguredIsNotOpened) {
   EXPECT_THAT(refusal(scenario), IsEmpty());
 }
 
-TEST_F(HardwareStart, PluginWithoutDriverIsRefusedWithTheWaysToHardware) {
+TEST_F(HardwareStart, PluginWithoutDriverIsRefusedWithWaysToHardware) {
   const Scenario scenario = arm_with("arm6dof/ArmHardwareInterface", "false");
   const std::vector<Diagnostic> errors = refusal(scenario);
   ASSERT_EQ(errors.size(), 1U);
@@ -100,7 +100,7 @@ TEST_F(HardwareStart, PluginWithoutDriverIsRefusedWithTheWaysToHardware) {
     EXPECT_THAT(errors[0].fix, HasSubstr(way));
 }
 
-TEST_F(HardwareStart, MisspeltDriverIsRefusedWithTheNearest) {
+TEST_F(HardwareStart, MisspeltDriverIsRefusedWithNearest) {
   const std::vector<Diagnostic> errors = refusal(arm_with("doppel/FeetechSTS", "false"));
   ASSERT_EQ(errors.size(), 1U);
   EXPECT_THAT(errors[0].message, HasSubstr("did you mean 'doppel/FeetechSts'?"));
@@ -111,7 +111,7 @@ TEST_F(HardwareStart, PluginWithoutDriverIsSimulatedWhereNothingAsksForHardware)
   EXPECT_THAT(found("ros2_control.plugin_simulated"), Not(HasSubstr("use_sim:=false")));
 }
 
-TEST_F(HardwareStart, MockHardwareThatWasAskedToBeRealIsAWarning) {
+TEST_F(HardwareStart, MockHardwareThatWasAskedToBeRealIsWarned) {
   EXPECT_THAT(refusal(arm_with("mock_components/GenericSystem", "false")), IsEmpty());
   EXPECT_THAT(
       found("hardware.nothing_driven"),
