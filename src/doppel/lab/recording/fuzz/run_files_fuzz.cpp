@@ -30,8 +30,9 @@ struct Folder {
 };
 
 bool has_nothing_else(const fs::path& folder, const char* name) {
-  return std::ranges::all_of(fs::directory_iterator(folder),
-                             [name](const fs::directory_entry& entry) { return entry.path().filename() == name; });
+  return std::ranges::all_of(fs::directory_iterator(folder), [name](const fs::directory_entry& entry) {
+    return entry.path().filename() == name;
+  });
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// Fuzz target: the text files beside a bag. The first byte selects one: metadata.yaml, a file of output bags, or
-// qualities of topics. They are refused with errors that have a place, or read.
+// Fuzz target: the text files beside a bag. The first byte selects one: metadata.yaml, a file of output bags,
+// or qualities of topics. They are refused with errors that have a place, or read.
 #include <unistd.h>
 
 #include <cstdint>
