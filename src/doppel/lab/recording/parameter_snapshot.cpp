@@ -1,29 +1,58 @@
 #include "doppel/lab/recording/parameter_snapshot.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "doppel/ros/bus/parameter_file_text.h"
-#include "doppel/ros/bus/parameter_services.h"
 
 namespace doppel {
 
-ParameterSnapshot::ParameterSnapshot(const Bus& bus) {
+ParameterSnapshot::ParameterSnapshot(Bus& bus) : bus_(bus) {
   bus.each_node([this](Node& node) {
-    auto& values = values_[node.name()];
+    auto& values = values_->by_node[node.name()];
     for (const Parameters::Declared& declared : node.parameters().all())
       values[declared.name] = declared.value;
   });
 }
 
 void ParameterSnapshot::apply(const rcl_interfaces::msg::ParameterEvent& event) {
-  auto& values = values_[event.node];
-  for (const auto* list : {&event.new_parameters, &event.changed_parameters}) {
-    for (const auto& parameter : *list) values[parameter.name] = from_msg(parameter.value);
+  std::vector<std::string> names;
+  for (const auto* list : {&event.new_parameters, &event.changed_parameters, &event.deleted_parameters}) {
+    for (const auto& parameter : *list) names.emplace_back(parameter.name);
   }
-  for (const auto& parameter : event.deleted_parameters) values.erase(parameter.name);
+  bus_.post([&bus = bus_, values = values_, node = std::string(event.node), names = std::move(names)] {
+    values->update(bus, node, names);
+  });
+}
+
+void ParameterSnapshot::Values::update(const Bus& bus, const std::string& node,
+                                       const std::vector<std::string>& names) {
+  const std::lock_guard lock(mutex);
+  drop_missing_nodes(bus);
+  std::vector<const Parameters*> parts;
+  bus.each_node([&](Node& part) {
+    if (part.name() == node) parts.push_back(&part.parameters());
+  });
+  if (parts.empty()) return;
+  auto& values = by_node[node];
+  for (const std::string& name : names) {
+    values.erase(name);
+    for (const Parameters* const part : parts) {
+      if (const Parameters::Declared* const present = part->find(name)) values[name] = present->value;
+    }
+  }
+}
+
+void ParameterSnapshot::Values::drop_missing_nodes(const Bus& bus) {
+  if (std::exchange(graph, bus.graph_version()) == bus.graph_version()) return;
+  const std::vector<std::string> nodes = bus.nodes();  // sorted
+  std::erase_if(by_node, [&](const auto& entry) { return !std::ranges::binary_search(nodes, entry.first); });
 }
 
 std::string ParameterSnapshot::text() const {
+  const std::lock_guard lock(values_->mutex);
   std::string out;
-  for (const auto& [node, values] : values_) {
+  for (const auto& [node, values] : values_->by_node) {
     if (!values.empty()) out += parameter_file_text(node, {values.begin(), values.end()});
   }
   return out;

@@ -1,8 +1,12 @@
 #pragma once
 // The parameters of all nodes, followed by /parameter_events, so that another thread than the loop has them.
 
+#include <cstdint>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <string>
+#include <vector>
 
 #include "doppel/export.h"
 #include "doppel/ros/bus/bus.h"
@@ -13,16 +17,28 @@ namespace doppel {
 
 class DOPPEL_API ParameterSnapshot {
  public:
-  // The loop's thread.
-  explicit ParameterSnapshot(const Bus& bus);
+  // The loop's thread. The bus outlives it.
+  explicit ParameterSnapshot(Bus& bus);
 
-  // One thread at a time.
+  // Any thread. Anyone may publish events: the loop's next spin() reads the parameters that they name at
+  // their nodes, and what no node has is not kept.
   void apply(const rcl_interfaces::msg::ParameterEvent& event);
-  // A ROS 2 parameter file.
+  // A ROS 2 parameter file. Any thread.
   [[nodiscard]] std::string text() const;
 
  private:
-  std::map<std::string, std::map<std::string, ParameterValue>> values_;  // by node and name
+  // Shared with the tasks of the loop.
+  struct Values {
+    void update(const Bus& bus, const std::string& node, const std::vector<std::string>& names);
+    void drop_missing_nodes(const Bus& bus);
+
+    std::mutex mutex;
+    std::uint64_t graph = 0;  // the version of the last look for nodes that are gone
+    std::map<std::string, std::map<std::string, ParameterValue>> by_node;  // by node and name
+  };
+
+  Bus& bus_;
+  std::shared_ptr<Values> values_ = std::make_shared<Values>();
 };
 
 }  // namespace doppel

@@ -7,8 +7,8 @@
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <utility>
 
-#include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
@@ -38,12 +38,24 @@ struct ValidationService::LoopPart {
     results =
         node.advertise<std_msgs::msg::String>("/doppel/validation/results", {.depth = 1, .latched = true});
     node.subscribe<rcl_interfaces::msg::ParameterEvent>(
-        "/parameter_events",
-        [this](const rcl_interfaces::msg::ParameterEvent& event) {
-          for (const auto& parameter : event.changed_parameters)
-            changed[{event.node, parameter.name}] = from_msg(parameter.value);
-        },
+        "/parameter_events", [this](const rcl_interfaces::msg::ParameterEvent& event) { keep(event); },
         Qos::parameter_events());
+  }
+
+  // Anyone may publish events: what no node has is not kept.
+  void keep(const rcl_interfaces::msg::ParameterEvent& event) {
+    if (std::exchange(graph, node.bus().graph_version()) != node.bus().graph_version()) {
+      const std::vector<std::string> nodes = node.bus().nodes();  // sorted
+      std::erase_if(changed,
+                    [&](const auto& one) { return !std::ranges::binary_search(nodes, one.first.first); });
+    }
+    node.bus().each_node([&](Node& other) {
+      if (other.name() != event.node) return;
+      for (const auto& parameter : event.changed_parameters) {
+        const Parameters::Declared* const present = other.parameters().find(parameter.name);
+        if (present != nullptr) changed[{other.name(), present->name}] = present->value;
+      }
+    });
   }
 
   // The values that the robot's controllers still have.
@@ -68,6 +80,7 @@ struct ValidationService::LoopPart {
   Publisher<Validation> status;
   Publisher<std_msgs::msg::String> results;
   std::map<std::pair<std::string, std::string>, ParameterValue> changed;  // by node and parameter
+  std::uint64_t graph = 0;  // its version when nodes that are gone were dropped from `changed`
   bool running = false;
 };
 

@@ -61,9 +61,17 @@ class Unique {
 
 // The description with servos of the emulation, where it has none and they are requested.
 HardwareDescription with_emulated_servos(HardwareDescription hardware, const Model& model,
-                                         const ControlStack::Options& options) {
+                                         const ControlStack::Options& options, Diagnostics& diagnostics) {
   const bool emulated = options.use == HardwareUse::emulated || options.use == HardwareUse::ports;
-  if (emulated && options.emulation.servos) assign_servos(hardware, model, *options.emulation.servos);
+  if (!emulated || !options.emulation.servos) return hardware;
+  const auto driver = std::ranges::find(servo_plugins(), hardware.plugin, &ServoPlugin::name);
+  if (driver != servo_plugins().end() && driver->protocol != *options.emulation.servos)
+    diagnostics.warning(
+        "hardware.protocol_of_driver", hardware.plugin_source,
+        fmt::format("'{}' is emulated as {}, of its driver {}, and not as {}", hardware.name,
+                    to_string(driver->protocol), driver->name, to_string(*options.emulation.servos)),
+        "--protocol is for robots without a driver of servos; change the <plugin> of this one");
+  assign_servos(hardware, model, *options.emulation.servos);
   return hardware;
 }
 
@@ -136,7 +144,7 @@ void ControlStack::add_hardware(Bus& bus, const CompiledRobot& machine, Instance
   Unique unique(diagnostics);
   bool driven = false;
   for (const HardwareDescription& written : machine.hardware()) {
-    HardwareDescription description = with_emulated_servos(written, machine.model(), options);
+    HardwareDescription description = with_emulated_servos(written, machine.model(), options, diagnostics);
     const HardwareRegistry::Type* type = registry.find(description.plugin);
     // A rehearsal must not open a device that the running robot uses.
     const bool rehearsed = type != nullptr && options.rehearsal && has_wall_clock(type->kind);

@@ -19,8 +19,8 @@ class BackgroundQueue {
   BackgroundQueue(const BackgroundQueue&) = delete;
   BackgroundQueue& operator=(const BackgroundQueue&) = delete;
 
-  // `work` owns all that it uses, and does not throw. Starts the thread with the first work. False: too much
-  // waits.
+  // `work` owns all that it uses, and reports its own errors: an exception ends this piece alone. Starts the
+  // thread with the first work. False: too much waits.
   bool post(std::function<void()> work);
 
  private:
