@@ -76,8 +76,7 @@ def survey(paths):
         try:
             result = read(path, [])
         except SystemExit:
-            result = _result({"text": "it ends its reader", "file": path, "line": 1,
-                              "fix": "a launch file may not call exit()"})
+            result = _result({"kind": "SystemExit", "file": path, "line": 1})
         HOST.deliver(result)
 
 

@@ -11,7 +11,8 @@ import sys
 import tempfile
 
 from .host import absent_package
-from .record import RECORDER, SURVEY_FIX, LaunchError, user_place
+from .record import RECORDER, LaunchError, user_place
+
 
 def _called_by_user():
     """False for the caller of a stand-in that is Python's own library."""
@@ -19,8 +20,9 @@ def _called_by_user():
     return not file.startswith("<") and "/lib/python3" not in file
 
 
-def _refused(text):
-    RECORDER.warn("launch.confined", user_place(), text, SURVEY_FIX)
+def _refused(effect):
+    """Only a word and a place are reported: names could have what the file has read."""
+    RECORDER.warn(f"launch.confined.{effect}", user_place(), "")
 
 
 class _TextFile(io.StringIO):
@@ -40,7 +42,7 @@ class _BinaryFile(io.BytesIO):
 
 
 def _unwritten(name, mode):
-    _refused(f"the file '{name}' was not written")
+    _refused("file")
     return _BinaryFile(name) if "b" in mode else _TextFile(name)
 
 
@@ -66,13 +68,13 @@ def _temporary_file(mode="w+b", *_arguments, suffix="", prefix="tmp", dir=None, 
 
 def _temporary_folder(suffix="", prefix="tmp", dir=None):
     name = f"{dir or '/tmp'}/{prefix or ''}unwritten{suffix or ''}"
-    _refused(f"the folder '{name}' was not made")
+    _refused("folder")
     return name
 
 
 def _folder(name, *_arguments, **_named):
     if not os.path.isdir(name):
-        _refused(f"the folder '{os.fspath(name)}' was not made")
+        _refused("folder")
 
 
 class _EndedProcess:
@@ -82,8 +84,7 @@ class _EndedProcess:
 
     def __init__(self, args, *_arguments, **named):
         self.args = args
-        words = args if isinstance(args, str) else " ".join(str(one) for one in args)
-        _refused(f"the command '{words}' was not run; its output is empty")
+        _refused("command")
         texts = ("text", "universal_newlines", "encoding", "errors")
         self._empty = "" if any(named.get(one) for one in texts) else b""
         piped = named.get("stdout") == subprocess.PIPE
@@ -123,8 +124,8 @@ class _Variables(type(os.environ)):
             return ""
 
 
-def _no_command(command):
-    _refused(f"the command '{command}' was not run; its output is empty")
+def _no_command(_command):
+    _refused("command")
     return 0
 
 

@@ -40,18 +40,22 @@ class LaunchError(Exception):
         self.fix = fix
 
 
+def _kind(error):
+    """The name of Python's own class that an exception belongs to."""
+    cause = error.__cause__ or error
+    return next(one.__name__ for one in type(cause).__mro__ if one.__module__ == "builtins" or one is LaunchError)
+
+
 def error_record(error, path):
-    """An exception as text, place and fix; `path` is the file that was read."""
+    """An exception as kind, text, place and fix; `path` is the file that was read."""
     if isinstance(error, LaunchError):
-        return {"text": str(error), "file": error.place[0], "line": error.place[1], "fix": error.fix}
-    if isinstance(error, RecursionError):
-        return {"text": "its includes are in a circle, or nested too deeply", "file": path, "line": 1, "fix": ""}
-    place = place_of_error(error)
-    return {"text": f"{type(error).__name__}: {error}", "file": place[0] or path, "line": place[1] or 1, "fix": ""}
-
-
-# What a survey refuses is in order where a launch file is started.
-SURVEY_FIX = "nothing, if it is on purpose: while a package is checked its launch files may only read"
+        text, place, fix = str(error), error.place, error.fix
+    elif isinstance(error, RecursionError):
+        text, place, fix = "its includes are in a circle, or nested too deeply", (path, 1), ""
+    else:
+        place = place_of_error(error)
+        text, place, fix = f"{type(error).__name__}: {error}", (place[0] or path, place[1] or 1), ""
+    return {"kind": _kind(error), "text": text, "file": place[0], "line": place[1], "fix": fix}
 
 
 class Recorder:

@@ -7,7 +7,7 @@ import importlib.util
 import os
 import sys
 
-from doppel_launch.record import RECORDER, SURVEY_FIX, LaunchError, place_of_error, user_place
+from doppel_launch.record import RECORDER, LaunchError, place_of_error, user_place
 from doppel_launch.unknown import unknown_attribute
 
 from .launch_description import LaunchDescription
@@ -58,8 +58,7 @@ def visit_file(path, context):
         place = place_of_error(error)
         text = str(error) if isinstance(error, (RuntimeError, OSError)) and str(error) else (
             f"{type(error).__name__}: {error}")
-        fix = SURVEY_FIX if RECORDER.survey and isinstance(error, PermissionError) else ""
-        raise LaunchError(text, place if place[0] else (path, 1), fix) from error
+        raise LaunchError(text, place if place[0] else (path, 1)) from error
 
 
 class LaunchDescriptionSource:

@@ -1,5 +1,7 @@
 #include "doppel/scenario/launch/detail/launch_json.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
@@ -181,6 +183,21 @@ LaunchExpansion expansion_of(const Json& value) {
 SourceLocation launch_place(const Json& record) {
   const std::string file = record.value("file", "");
   return file.empty() ? SourceLocation{} : make_location(file, record.value("line", 0));
+}
+
+Json bounded_json(const std::string& line) {
+  static constexpr int kMaxLevels = 1000;  // above that of records in one another, each with its list
+  static constexpr std::size_t kMaxValues = 1'000'000;
+  std::size_t count = 0;
+  const auto check = [&count](int depth, Json::parse_event_t, const Json&) {
+    if (depth <= kMaxLevels && ++count <= kMaxValues) return true;
+    throw InputError(
+        "launch.unreadable", {},
+        fmt::format("the records of the launch file are too many, or nested too deeply: at most {} values "
+                    "and {} levels are read",
+                    kMaxValues, kMaxLevels));
+  };
+  return Json::parse(line, check, false);
 }
 
 LaunchDescription launch_from_json(const Json& result) {

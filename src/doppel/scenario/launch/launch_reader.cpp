@@ -18,6 +18,7 @@
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/xacro/xacro.h"
 #include "doppel/scenario/launch/detail/installed_view.h"
+#include "doppel/scenario/launch/detail/launch_json.h"
 
 namespace doppel {
 namespace {
@@ -25,8 +26,9 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-constexpr std::size_t kMaxLine = std::size_t{256} << 20U;  // of requests and results, which have descriptions
-constexpr int kMaxRequests = 5000;                         // requests of launch files that are surveyed
+// Requests and results are lines, which have descriptions of robots.
+constexpr std::size_t kMaxLine = std::size_t{256} << 20U, kMaxSurveyedLine = std::size_t{16} << 20U;
+constexpr int kMaxRequests = 5000;                            // of launch files that are surveyed
 constexpr std::size_t kMaxWritten = std::size_t{256} << 20U;  // bytes of the files that launch files make
 
 [[noreturn]] void refuse_without_python(const std::string& reason) {
@@ -115,7 +117,11 @@ std::string LaunchReader::line() {
     std::array<char, 65536> part{};
     const ssize_t size = read(python_->requests(), part.data(), part.size());
     if (size < 0 && errno == EINTR) continue;
-    if (size <= 0 || buffer_.size() > kMaxLine) return "";
+    if (size <= 0) return "";
+    if (const std::size_t max_line = bounds_ ? kMaxSurveyedLine : kMaxLine; buffer_.size() > max_line) {
+      throw InputError("launch.unreadable", {},
+                       fmt::format("the records of the launch file are larger than {} MB", max_line >> 20U));
+    }
     buffer_.append(part.data(), static_cast<std::size_t>(size));
   }
 }
@@ -189,7 +195,7 @@ Json LaunchReader::answer(const Json& request) {
 
 Json LaunchReader::next() {
   while (true) {
-    Json request = Json::parse(line(), nullptr, false);
+    Json request = bounded_json(line());
     if (request.is_discarded() || !request.is_object()) return Json(Json::value_t::discarded);
     if (request.contains("result")) return std::move(request.at("result"));
     // A file may ask without an end, and each answer is memory and files of this process.

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <random>
+#include <span>
+#include <string_view>
 #include <system_error>
 
+#include "doppel/base/core/shown_path.h"
 #include "doppel/scenario/launch/detail/launch_json.h"
 #include "doppel/scenario/launch/detail/launch_reader.h"
 #include "doppel/scenario/launch/detail/launch_roles.h"
@@ -53,11 +57,59 @@ SourceLocation real_place(const SourceLocation& place, const fs::path& folder) {
                        : place;
 }
 
-// `package`: canonical, so that a file of a view of it is in it.
+// The launch file's own code names the file: one that does not exist could be any text. `package`:
+// canonical, so that a file of a view of it is in it.
 bool is_in_package(const SourceLocation& source, const fs::path& package) {
-  if (!source.known()) return false;
-  const fs::path below = fs::weakly_canonical(*source.file).lexically_relative(package);
-  return !below.empty() && *below.begin() != "..";
+  if (!source.known() || fs::path(*source.file).lexically_normal() != *source.file) return false;
+  std::error_code none;
+  const fs::path file = fs::canonical(*source.file, none);
+  const fs::path below = file.lexically_relative(package);
+  return fs::is_regular_file(file, none) && !below.empty() && *below.begin() != "..";
+}
+
+// The code of a launch file can deliver any text, such as what it has read of other files. A report may be
+// public, so it has only names that can be packages', and these texts.
+bool is_package_name(std::string_view name) {
+  constexpr std::size_t kMaxName = 64;
+  constexpr std::string_view kCharacters = "abcdefghijklmnopqrstuvwxyz0123456789_-";
+  return !name.empty() && name.size() <= kMaxName &&
+         name.find_first_not_of(kCharacters) == std::string_view::npos;
+}
+
+struct ReportedText {
+  std::string_view key, text;
+};
+constexpr std::array kEffects = std::to_array<ReportedText>({
+    {"launch.confined.file", "a file was not written"},
+    {"launch.confined.folder", "a folder was not made"},
+    {"launch.confined.command", "a command was not run; its output is empty"},
+});
+// Python's classes of errors.
+constexpr std::array kErrors = std::to_array<ReportedText>({
+    {"LaunchError", "launch rejects this line"},
+    {"SystemExit", "it ends its reader"},
+    {"PermissionError", "it does what is not permitted while it is checked"},
+    {"RecursionError", "its includes are in a circle, or nested too deeply"},
+    {"FileNotFoundError", "a file does not exist"},
+    {"OSError", "the operating system reports an error"},
+    {"SyntaxError", "SyntaxError"},
+    {"ImportError", "ImportError"},
+    {"ModuleNotFoundError", "ModuleNotFoundError"},
+    {"NameError", "NameError"},
+    {"AttributeError", "AttributeError"},
+    {"KeyError", "KeyError"},
+    {"IndexError", "IndexError"},
+    {"TypeError", "TypeError"},
+    {"ValueError", "ValueError"},
+    {"RuntimeError", "RuntimeError"},
+});
+constexpr const char* kOnPurpose =
+    "nothing, if it is on purpose: while a package is checked its launch files may only read";
+
+std::string_view reported_text(std::span<const ReportedText> texts, std::string_view key,
+                               std::string_view otherwise) {
+  const auto found = std::ranges::find(texts, key, &ReportedText::key);
+  return found == texts.end() ? otherwise : found->text;
 }
 
 // The facts of one file's records.
@@ -128,7 +180,7 @@ class Facts {
   }
 
   void add_package(const std::string& name, const SourceLocation& source) {
-    if (name.empty() || !is_in_package(source, package_)) return;
+    if (!is_package_name(name) || !is_in_package(source, package_)) return;
     out_.packages.push_back({name, real_place(source, folder_)});
   }
 
@@ -179,23 +231,28 @@ class Survey {
     for (; next_ < files_.size(); ++next_) {
       SurveyedLaunch& file = out_.files.emplace_back();
       file.file = files_[next_];
-      bool ended = false;
-      try {
-        const Json result = reader.next();
-        ended = result.is_discarded();
-        if (!ended) add_result(result, file);
-      } catch (const std::exception& error) {
-        // The file wrote to the reader's pipe.
-        ended = true;
-        add_note(file, make_location(file.file.string()), error.what(), "");
-      }
-      late_ = reader.is_late();
-      if (!ended) continue;
-      add_note(file, make_location(file.file.string()),
-               late_ ? "the launch file takes too long to read" : "the launch file ended its reader",
+      const std::string problem = problem_of(reader, file);
+      if (problem.empty()) continue;
+      add_note(file, make_location(file.file.string()), problem,
                "a launch file describes, and does not wait, compute or call exit()");
       ++next_;
       return;
+    }
+  }
+
+  // Why the reader cannot read further files; empty: it can.
+  std::string problem_of(LaunchReader& reader, SurveyedLaunch& file) {
+    try {
+      const Json result = reader.next();
+      late_ = reader.is_late();
+      if (late_) return "the launch file takes too long to read";
+      if (result.is_discarded()) return "the launch file ended its reader";
+      add_result(result, file);
+      return "";
+    } catch (const InputError& error) {
+      return error.diagnostics().front().message;
+    } catch (const std::exception&) {
+      return "the launch file wrote to its reader's pipe";
     }
   }
 
@@ -203,22 +260,28 @@ class Survey {
     const LaunchDescription description = launch_from_json(result);
     Facts(package_, folder_.path(), file).add(description);
     for (const Diagnostic& one : description.diagnostics.all()) {
-      if (one.rule == "launch.confined" && is_in_package(one.where, package_))
-        add_note(file, one.where, one.message, one.fix);
+      const std::string_view effect = reported_text(kEffects, one.rule, "");
+      if (!effect.empty() && is_in_package(one.where, package_))
+        add_note(file, one.where, std::string(effect), kOnPurpose);
     }
-    if (const auto error = result.find("error"); error != result.end()) {
-      add_note(file, launch_place(*error),
-               fmt::format("it is not read completely: {}", error->value("text", "")),
-               error->value("fix", ""));
-    }
+    if (const auto error = result.find("error"); error != result.end()) add_error(*error, file);
   }
 
-  void add_note(SurveyedLaunch& file, const SourceLocation& where, std::string text, const std::string& fix) {
-    // Paths in a view of a package: the folder has another name each time.
-    const std::string views = (folder_.path() / "share").string() + "/";
-    for (std::size_t i = text.find(views); i != std::string::npos; i = text.find(views))
-      text.erase(i, views.size());
-    file.notes.note("launch.unread", real_place(where, folder_.path()), std::move(text), fix);
+  void add_error(const Json& error, SurveyedLaunch& file) {
+    const std::string kind = error.value("kind", "");
+    const SourceLocation where = launch_place(error);
+    add_note(
+        file, is_in_package(where, package_) ? where : make_location(file.file.string()),
+        fmt::format("it is not read completely: {}", reported_text(kErrors, kind, "an error of its own")),
+        kind == "PermissionError"
+            ? kOnPurpose
+            : fmt::format("'doppel launch {} --show' reports the reason; it runs the file's code",
+                          shown_path(file.file)));
+  }
+
+  void add_note(SurveyedLaunch& file, const SourceLocation& where, const std::string& text,
+                const std::string& fix) {
+    file.notes.note("launch.unread", real_place(where, folder_.path()), text, fix);
   }
 
   fs::path package_;

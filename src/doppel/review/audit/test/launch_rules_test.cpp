@@ -130,7 +130,7 @@ TEST_F(LaunchRulesTest, BranchesAndRestOfFaultyLaunchFileAreRead) {
   ASSERT_THAT(unread, SizeIs(1));
   EXPECT_EQ(unread[0].severity, Severity::note);
   EXPECT_EQ(unread[0].where.line, 11);
-  EXPECT_THAT(unread[0].message, HasSubstr("launch configuration 'undeclared' does not exist"));
+  EXPECT_THAT(unread[0].message, HasSubstr("it is not read completely: launch rejects this line"));
 }
 
 // A check reads files of anyone: they are programs, and have no effect.
@@ -173,19 +173,66 @@ TEST_F(LaunchRulesTest, LaunchFileHasNoEffectWhileItIsChecked) {
               AllOf(HasSubstr("'after_all'"), HasSubstr("'last'"), testing::Not(HasSubstr("'never'"))));
   for (const Finding& one : of("package.launch_unread"))
     notes += one.subject + ":" + std::to_string(one.where.line) + ": " + one.message + " | " + one.fix + "\n";
-  for (const std::string& text :
-       {"'a.launch.py':8: the file '" + folder + "/written' was not written",
-        "'a.launch.py':9: the file '" + folder + "/by_path' was not written",
-        "'a.launch.py':10: the command 'touch " + folder + "/by_program' was not run",
-        "'a.launch.py':11: the command 'touch " + folder + "/by_shell' was not run",
-        std::string("'b.launch.py':7: it is not read completely: [Errno 1] Operation not permitted | "
-                    "nothing, if it is on purpose"),
-        std::string("'c.launch.py':0: the launch file ended its reader"),
-        std::string("'d.launch.py':1: it is not read completely: it ends its reader")})
+  for (const char* text :
+       {"'a.launch.py':8: a file was not written", "'a.launch.py':9: a file was not written",
+        "'a.launch.py':10: a command was not run", "'a.launch.py':11: a command was not run",
+        "'a.launch.py':12: a folder was not made",
+        "'b.launch.py':7: it is not read completely: it does what is not permitted while it is checked | "
+        "nothing, if it is on purpose",
+        "'c.launch.py':0: the launch file ended its reader",
+        "'d.launch.py':1: it is not read completely: it ends its reader"})
     EXPECT_THAT(notes, HasSubstr(text));
   for (const char* name : {"written", "by_path", "by_program", "by_shell", "made", "by_library"})
     EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
   EXPECT_TRUE(std::filesystem::exists(folder_ / "package.xml"));
+}
+
+// A report of a stranger's package may be published. The file tries all ways by which its text is reported.
+TEST_F(LaunchRulesTest, WhatLaunchFileReadsIsNotReported) {
+  setenv("DOPPEL_TEST_PASSWORD", "s3cr3t42", 1);
+  write("urdf/r.urdf", robot(""));
+  write("private", "s3cr3t42: Of.A.Person");
+  package();
+  const std::string read = "  import os\n  found = open('" + (folder_ / "private").string() + "').read()\n";
+  launch_file("a.launch.py",
+              "    Node(package='name_of_the_variable_' + os.environ.get('DOPPEL_TEST_PASSWORD', 'none'), "
+              "executable='e'),\n    Node(package=found, executable='e'),\n",
+              read + "  open('/tmp/' + found, 'w')\n  os.makedirs('/tmp/' + found)\n  os.system(found)\n");
+  launch_file("b.launch.py", "", read + "  raise RuntimeError(found)\n");
+  launch_file("c.launch.py", "",
+              read + "  raise type(found.replace(': ', '').replace('.', ''), (Exception,), {})()\n");
+  launch_file("d.launch.py", "", read + "  compile('(', found, 'exec')\n");
+  launch_file(
+      "e.launch.py", "",
+      read + "  import json\n  place = {'file': '" + folder_.string() +
+          "/' + found, 'line': 1}\n  result = {'files': [], 'arguments': [], 'expansions': [], 'made': "
+          "{},\n    'actions': [dict(place, kind='node', package=found)], 'packages': [dict(place, "
+          "package='placed')],\n    'warnings': [dict(place, rule='launch.confined', text=found, "
+          "fix=found)],\n"
+          "    'error': dict(place, kind=found, text=found, fix=found)}\n"
+          "  os.write(3, (json.dumps({'result': result}) + chr(10)).encode())\n");
+  std::string texts;
+  for (const Finding& one : report().findings)
+    texts += one.where.place() + one.subject + one.message + one.fix + "\n";
+  EXPECT_THAT(texts, HasSubstr("'name_of_the_variable_none'"));
+  EXPECT_THAT(texts, HasSubstr("it is not read completely: RuntimeError"));
+  EXPECT_THAT(texts, testing::Not(testing::AnyOf(HasSubstr("s3cr3t42"), HasSubstr("Person"))));
+}
+
+// The answers of a reader are those of the launch file, which has its pipe.
+TEST_F(LaunchRulesTest, AnswersWithoutEndAreRefused) {
+  write("urdf/r.urdf", robot(""));
+  package();
+  const std::string put = "  import os\n  def put(data):\n    while data: data = data[os.write(3, data):]\n";
+  const std::string head =
+      "b'{\"result\":{\"files\":[],\"arguments\":[],\"actions\":[{\"kind\":\"node\",\"words\":'";
+  launch_file("a.launch.py", "", put + "  put(" + head + " + b'[' * 5000 + b']' * 5000 + b'}]}}\\n')\n");
+  launch_file("b.launch.py", "", put + "  for i in range(17): put(b'x' * 1048576)\n");
+  std::string notes;
+  for (const Finding& one : of("package.launch_unread")) notes += one.subject + ": " + one.message + "\n";
+  EXPECT_THAT(notes,
+              HasSubstr("'a.launch.py': the records of the launch file are too many, or nested too deeply"));
+  EXPECT_THAT(notes, HasSubstr("'b.launch.py': the records of the launch file are larger than 16 MB"));
 }
 
 }  // namespace
