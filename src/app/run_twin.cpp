@@ -231,6 +231,14 @@ void check_run_options(const RunOptions& options) {
   parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration))
     throw InputError("cli.duration", {}, "--duration must be a positive number of simulated seconds");
+  if (options.edges.local_token && !options.cameras.empty()) {
+    throw InputError(
+        "cli.cameras", {},
+        "--local-token closes the server to other users of this machine, and --zmq-cameras gives them the "
+        "pictures: subscribers of ZeroMQ have no token",
+        "leave --zmq-cameras out, and read the topics of the cameras with the token; or leave --local-token "
+        "out");
+  }
   if (!options.write_scenario.empty()) check_output(options.write_scenario);
 }
 

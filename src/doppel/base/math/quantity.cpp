@@ -1,5 +1,6 @@
 #include "doppel/base/math/quantity.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -51,10 +52,10 @@ std::optional<double> parse_quantity(const std::string& text, QuantityKind kind)
   std::string_view unit(rest, static_cast<std::size_t>(end - rest));
   while (unit.starts_with(' ')) unit.remove_prefix(1);
   if (unit.empty()) return number;
-  for (const Unit& one : kUnits) {
-    if (one.name == unit && fits(one.kind, kind)) return number * one.factor;
-  }
-  return std::nullopt;
+  const auto* const found =
+      std::ranges::find_if(kUnits, [&](const Unit& one) { return one.name == unit && fits(one.kind, kind); });
+  if (found == kUnits.end() || !std::isfinite(number * found->factor)) return std::nullopt;
+  return number * found->factor;
 }
 
 const char* example_of(QuantityKind kind) {

@@ -13,6 +13,9 @@ namespace {
 const YamlRules kRules{"faults.syntax", "faults.unreadable", "faults.too_large", "faults.invalid",
                        "faults.unknown_key"};
 
+constexpr double kMaxId = 253;        // of the frames of both buses
+constexpr double kMaxAmount = 1'000;  // degrees Celsius
+
 class FaultReader : YamlFields {
  public:
   explicit FaultReader(Time start) : YamlFields(kRules), start_(start) {}
@@ -42,7 +45,7 @@ class FaultReader : YamlFields {
     const std::vector<std::string> kinds = fault_kinds();
     const std::size_t kind = choice(item["fault"], "fault", kinds);
     out.kind = *fault_kind(kinds[kind]);
-    if (item["servo"]) out.servo = static_cast<int>(number(item["servo"], "servo"));
+    if (item["servo"]) out.servo = static_cast<int>(ranged(item["servo"], "servo", 0, kMaxId));
     out.begin = start_ + seconds(item["begin"], "begin");
     if (item["end"]) {
       out.end = start_ + seconds(item["end"], "end");
@@ -56,8 +59,15 @@ class FaultReader : YamlFields {
 
   double amount(const PlacedYaml& value, FaultKind kind) {
     if (kind == FaultKind::slip) return quantity(value, "amount", QuantityKind::angle);
-    if (kind == FaultKind::late) return quantity(value, "amount", QuantityKind::time);
-    return number(value, "amount");
+    if (kind == FaultKind::late) return to_seconds(seconds(value, "amount"));
+    return ranged(value, "amount", -kMaxAmount, kMaxAmount);
+  }
+
+  double ranged(const PlacedYaml& value, const std::string& what, double low, double high) {
+    const double out = number(value, what);
+    if (out >= low && out <= high) return out;
+    error(value, fmt::format("{} must be from {:g} to {:g}", what, low, high));
+    return low;
   }
 
   Duration seconds(const PlacedYaml& value, const std::string& what) {

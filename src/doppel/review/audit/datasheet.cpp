@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <numbers>
 
 #include "doppel/base/core/diagnostic.h"
@@ -111,6 +112,13 @@ class Reader {
     if (!node.IsScalar()) refuse(node, "a text or a number is expected here");
     return node.Scalar();
   }
+  [[nodiscard]] int count(const YAML::Node& node) const {
+    constexpr int kMaxCount = 1'000;
+    const double value = number(node);
+    if (value > kMaxCount || value != std::floor(value))
+      refuse(node, fmt::format("'{}' is not a whole number up to {}", text(node), kMaxCount));
+    return static_cast<int>(value);
+  }
   [[nodiscard]] double number(const YAML::Node& node) const {
     const std::string written = text(node);
     double value = 0;
@@ -205,7 +213,7 @@ class Reader {
         name.reset(required(entry.second, "actuator"));  // assigning would write into the file's tree
         if (entry.second["voltage"]) drive.voltage = number(entry.second["voltage"]);
         if (entry.second["reduction"]) drive.reduction = number(entry.second["reduction"]);
-        if (entry.second["count"]) drive.count = static_cast<int>(number(entry.second["count"]));
+        if (entry.second["count"]) drive.count = count(entry.second["count"]);
       }
       drive.actuator = named(name);
       out.drives.push_back(std::move(drive));

@@ -15,6 +15,7 @@ TEST(QuantityTest, UnitsConvertAndThoseOfAnotherKindAreRefused) {
   EXPECT_FALSE(parse_quantity("5 kg", QuantityKind::time));
   EXPECT_FALSE(parse_quantity("20 mm", QuantityKind::angle));
   EXPECT_FALSE(parse_quantity("nan", QuantityKind::angle));
+  EXPECT_FALSE(parse_quantity("1e308 N/mm", QuantityKind::stiffness));
   EXPECT_FALSE(parse_quantity("", QuantityKind::angle));
   EXPECT_FALSE(parse_quantity("5 deg deg", QuantityKind::angle));
 }

@@ -56,6 +56,17 @@ TEST_F(FaultFileTest, ErrorsHaveTheirPlacesAndNearestNames) {
   }
 }
 
+// They become whole numbers and times.
+TEST_F(FaultFileTest, NumbersBeyondTheirRangeAreRefused) {
+  for (const char* fault :
+       {"{fault: drop, servo: 1e300}", "{fault: drop, servo: -1}", "{fault: drop, share: nan}",
+        "{fault: drop, share: 101 %}", "{fault: late, amount: 1e300}", "{fault: late, amount: -1 s}",
+        "{fault: hot, amount: 1e300}", "{fault: drop, begin: 1e300}", "{fault: slip, amount: inf}"}) {
+    save(std::string("faults:\n  - ") + fault + "\n");
+    EXPECT_THROW(static_cast<void>(read_fault_file(path_, Time{})), InputError) << fault;
+  }
+}
+
 TEST_F(FaultFileTest, FileIsReadAgainAfterEachSave) {
   save("faults: []");
   FaultFile file(path_);

@@ -102,6 +102,9 @@ TEST_F(DatasheetTest, UnknownKeyIsRefusedWithPlaceAndNearestName) {
   EXPECT_THAT(error_of("arm: a\njoints: {j: ds3241}\n"), HasSubstr("did you mean 'ds3240'?"));
   EXPECT_THAT(error_of("arm: a\njoints: {j: {actuator: ds3240, redution: 2}}\n"),
               HasSubstr("did you mean 'reduction'?"));
+  for (const char* count : {"1e300", "1.5", "0"})
+    EXPECT_THAT(error_of(fmt::format("arm: a\njoints: {{j: {{actuator: ds3240, count: {}}}}}\n", count)),
+                HasSubstr(fmt::format("'{}' is not a", count)));
   EXPECT_THAT(error_of("a: [\n"), HasSubstr("not valid YAML"));
 }
 
