@@ -245,7 +245,11 @@ void check_run_options(const RunOptions& options) {
 int run_twin(const Scenario& scenario, const RunOptions& options, Diagnostics& diagnostics,
              const RunHooks& hooks) {
   const RosArguments& ros = scenario.ros;
-  SessionOptions session_with = session_options(options.edges, ros);
+  EdgeOptions edges = options.edges;
+  // The names of an emulated arm are those of the arm, which its driver has.
+  edges.server.emulated = scenario.hardware == HardwareUse::ports;
+  edges.ros.none = edges.ros.none || (edges.server.emulated && !edges.ros.domain);
+  SessionOptions session_with = session_options(edges, ros);
   session_with.reload = !options.no_reload;
   session_with.rewind = !options.no_rewind;
   if (!options.record.empty()) session_with.record = recording_of(options);

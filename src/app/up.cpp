@@ -39,7 +39,9 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
     if (options.base != "auto")
       robot.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   }
-  scenario.start_controllers = !options.no_controllers;
+  // An emulated arm is moved by the driver at its port, or by the hand.
+  const bool has_own_controllers = !options.hardware.ports || options.hardware.hand == "guide";
+  scenario.start_controllers = !options.no_controllers && has_own_controllers;
   apply(options.hardware, options.seed, scenario);
   scenario.plugins = options.plugins;
   scenario.ideal = options.ideal;
@@ -89,6 +91,7 @@ constexpr const char* kEmulateExamples =
     "  doppel hardware scan --port /dev/pts/7\n"
     "  doppel up my_arm use_sim:=false        # with this port in hardware.yaml\n"
     "  doppel emulate ur5e --protocol feetech # a bus for a robot whose description has none\n"
+    "It stays off the ROS 2 network, where its driver has the arm's names, unless --domain is given.\n"
     "For any program that speaks to the servos' bus: the makers' SDKs, LeRobot, another driver.";
 
 void add_time_options(CLI::App& up, UpOptions& options) {

@@ -46,7 +46,8 @@ std::unique_ptr<Client> join_twin(const std::string& host, int port, const std::
   options.token = token;
   options.port = static_cast<std::uint16_t>(port);
   if (port == 0) {
-    const std::vector<RunningTwin> twins = find_running();
+    std::vector<RunningTwin> twins = find_running();
+    std::erase_if(twins, &RunningTwin::emulated);  // its driver commands it
     if (twins.empty())
       throw InputError("client.no_twin", {}, "no twin is running on this machine",
                        "start one with 'doppel up', or pass port= or ros=True");

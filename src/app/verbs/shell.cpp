@@ -49,14 +49,30 @@ RunningTwin twin_at(std::uint16_t port) {
   return unannounced;
 }
 
+// Without emulated arms, which are commanded by their drivers.
+std::vector<RunningTwin> find_twins() {
+  std::vector<RunningTwin> twins = find_running();
+  std::erase_if(twins, &RunningTwin::emulated);
+  return twins;
+}
+
+[[noreturn]] void refuse_without_twin() {
+  const std::vector<RunningTwin> emulated = find_running();
+  if (!emulated.empty())
+    throw ClientError(
+        fmt::format("no twin is running, only the arm behind a port: {}; start its driver (doppel up TARGET "
+                    "use_sim:=false), or select the emulation itself with --port {}",
+                    emulated.front().label(), emulated.front().port));
+  throw ClientError(
+      "no twin is running; start one with: doppel up omarm_one, or connect to a ROS 2 graph with --remote");
+}
+
 RunningTwin choose_twin(int port) {
   if (port != 0) return twin_at(static_cast<std::uint16_t>(port));
   if (const char* chosen = std::getenv("DOPPEL_PORT"); chosen != nullptr && *chosen != '\0')
     return twin_at(parse_port(chosen));
-  const std::vector<RunningTwin> twins = find_running();
-  if (twins.empty())
-    throw ClientError(
-        "no twin is running; start one with: doppel up omarm_one, or connect to a ROS 2 graph with --remote");
+  const std::vector<RunningTwin> twins = find_twins();
+  if (twins.empty()) refuse_without_twin();
   if (twins.size() > 1) {
     std::string others;
     for (const RunningTwin& twin : twins) others += fmt::format(" {} (--port {})", twin.robot, twin.port);
@@ -154,7 +170,7 @@ std::vector<RunningTwin> Shell::unselected_twins() const {
   const char* chosen = std::getenv("DOPPEL_PORT");
   const bool is_selected =
       connection_.remote || connection_.port != 0 || (chosen != nullptr && *chosen != '\0');
-  return is_selected ? std::vector<RunningTwin>{} : find_running();
+  return is_selected ? std::vector<RunningTwin>{} : find_twins();
 }
 
 std::string Shell::page_url() const {

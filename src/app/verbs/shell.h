@@ -53,8 +53,8 @@ class Shell {
   [[nodiscard]] bool is_remote() const { return connection_.remote; }  // a ROS 2 graph
   // The address of the twin's page. Throws ClientError if no twin is running, InputError with --remote.
   [[nodiscard]] std::string page_url() const;
-  // The running twins of this user, newest first; empty with --port, DOPPEL_PORT or --remote, which select
-  // one.
+  // The running twins of this user, newest first, without emulated arms; empty with --port, DOPPEL_PORT or
+  // --remote, which select one.
   [[nodiscard]] std::vector<RunningTwin> unselected_twins() const;
   static std::unique_ptr<Client> connect(const RunningTwin& twin);
   // From now on Ctrl-C ends waits with Interrupted instead of ending the program.

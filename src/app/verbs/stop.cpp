@@ -46,10 +46,6 @@ int print(const Stopped& done, const std::string& prefix) {
   return done.problems.empty() ? 0 : 1;
 }
 
-std::string label(const RunningTwin& twin) {
-  return fmt::format("{} (port {})", twin.robot, twin.port);
-}
-
 // Each twin on its own thread, so that one that does not respond delays no other.
 std::vector<Stopped> in_each(const std::vector<RunningTwin>& twins,
                              const std::function<Stopped(Client&)>& run) {
@@ -82,11 +78,11 @@ std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool al
   std::vector<RunningTwin> stopped;
   std::string names;
   for (std::size_t i = 0; i < twins.size(); ++i) {
-    for (const std::string& problem : states[i].problems) print_note(label(twins[i]) + ": " + problem);
+    for (const std::string& problem : states[i].problems) print_note(twins[i].label() + ": " + problem);
     unknown = unknown || !states[i].problems.empty();
     if (states[i].lines.empty()) continue;
     stopped.push_back(twins[i]);
-    names += (names.empty() ? "" : ", ") + label(twins[i]);
+    names += (names.empty() ? "" : ", ") + twins[i].label();
   }
   if (stopped.size() > 1 && !all) {
     throw_usage_error(
@@ -114,8 +110,8 @@ int stop(Shell& shell, const StopOptions& options) {
     for (std::size_t i = 0; i < twins.size(); ++i) {
       has_manager = has_manager || !done[i].lines.empty() || !done[i].problems.empty();
       if (done[i].lines.empty() && done[i].problems.empty())
-        print_note(label(twins[i]) + ": no controller manager, nothing to stop");
-      exit_code = std::max(exit_code, print(done[i], label(twins[i]) + ": "));
+        print_note(twins[i].label() + ": no controller manager, nothing to stop");
+      exit_code = std::max(exit_code, print(done[i], twins[i].label() + ": "));
     }
     if (!has_manager) throw ClientError("there is no controller manager to stop");
     return exit_code;

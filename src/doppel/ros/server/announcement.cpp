@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -66,7 +67,10 @@ std::optional<RunningTwin> read_announcement(const fs::path& file) {
                      .robot = object.at("robot").get<std::string>(),
                      .started = object.at("started").get<std::int64_t>(),
                      .address = object.value("address", "127.0.0.1"),
-                     .token = object.value("token", "")};
+                     .token = object.value("token", ""),
+                     .emulated = object.value("emulated", false),
+                     .nodes = object.value("nodes", std::vector<std::string>{})};
+    if (object.contains("domain")) twin.domain = object.at("domain").get<std::uint32_t>();
     if (twin.pid > 0 && twin.port > 0) return twin;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -74,23 +78,56 @@ std::optional<RunningTwin> read_announcement(const fs::path& file) {
   return std::nullopt;
 }
 
+std::string to_json(const RunningTwin& twin) {
+  nlohmann::json object{{"pid", twin.pid},         {"port", twin.port},        {"robot", twin.robot},
+                        {"address", twin.address}, {"token", twin.token},      {"started", twin.started},
+                        {"nodes", twin.nodes},     {"emulated", twin.emulated}};
+  if (twin.domain) object["domain"] = *twin.domain;
+  return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+// The only one of this user's programs that reads and changes the announcements, while it exists.
+class FolderLock {
+ public:
+  FolderLock() : fd_(open(announcement_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (fd_ >= 0) flock(fd_, LOCK_EX);
+  }
+  ~FolderLock() {
+    if (fd_ >= 0) close(fd_);
+  }
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  const int fd_;
+};
+
 }  // namespace
+
+std::string RunningTwin::label() const {
+  return fmt::format("{}{} (port {})", robot, emulated ? ", emulated" : "", port);
+}
 
 fs::path announcement_folder() {
   return runtime_folder();
 }
 
 Announcement::Announcement(std::string robot, std::uint16_t port, const std::string& address,
-                           const std::string& token) {
-  const fs::path folder = announcement_folder();
-  problem_ = make_private_folder(folder);
-  if (!problem_.empty()) return;
-  const nlohmann::json object{
-      {"pid", getpid()},    {"port", port},   {"robot", std::move(robot)},
-      {"address", address}, {"token", token}, {"started", nanoseconds_of(system_time())}};
-  const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
+                           const std::string& token)
+    : about_{.pid = getpid(),
+             .port = port,
+             .robot = std::move(robot),
+             .started = nanoseconds_of(system_time()),
+             .address = address,
+             .token = token} {
+  problem_ = make_private_folder(announcement_folder());
+  if (problem_.empty()) write();
+}
+
+void Announcement::write() {
+  const fs::path file = announcement_folder() / fmt::format("{}-{}.json", about_.pid, about_.port);
   const fs::path draft = file.string() + ".new";  // renamed when complete, so that readers never get a part
-  if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
+  if (!write_private(draft, to_json(about_))) {
     problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
     unlink(draft.c_str());
     return;
@@ -102,6 +139,25 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
   } else {
     file_ = file;
   }
+}
+
+void Announcement::mark_emulated() {
+  about_.emulated = true;
+  if (!file_.empty()) write();
+}
+
+std::optional<RunningTwin> Announcement::enter_domain(std::uint32_t domain, std::vector<std::string> nodes) {
+  if (file_.empty()) return std::nullopt;
+  const FolderLock lock;
+  for (RunningTwin& twin : find_running()) {
+    const bool is_own = twin.pid == about_.pid && twin.port == about_.port;
+    if (!is_own && twin.domain == domain && std::ranges::find_first_of(twin.nodes, nodes) != twin.nodes.end())
+      return std::move(twin);
+  }
+  about_.domain = domain;
+  about_.nodes = std::move(nodes);
+  write();
+  return std::nullopt;
 }
 
 Announcement::~Announcement() {

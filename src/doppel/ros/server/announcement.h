@@ -12,12 +12,18 @@
 
 namespace doppel {
 
-struct RunningTwin {
+struct DOPPEL_API RunningTwin {
   int pid = 0;
   std::uint16_t port = 0;
   std::string robot;
   std::int64_t started = 0;                    // ns since the epoch, wall-clock time
   std::string address = "127.0.0.1", token{};  // for programs of this user on this machine
+  bool emulated = false;                       // an arm behind a port, whose driver is another program
+  // Its domain on the ROS 2 network, and its nodes there; nullopt: it has not joined one.
+  std::optional<std::uint32_t> domain{};
+  std::vector<std::string> nodes{};
+
+  [[nodiscard]] std::string label() const;  // "desk_arm, emulated (port 8700)"
 };
 
 // The announcement of this process, removed by the destructor. If the folder cannot be used, the twin runs
@@ -32,7 +38,15 @@ class DOPPEL_API Announcement {
 
   [[nodiscard]] const std::string& problem() const { return problem_; }  // empty: announced
 
+  void mark_emulated();
+  // Announces the nodes that are about to join the domain, unless a running twin of this user has one of
+  // their names there: it is returned, and nothing is announced. If two start at once, one gets the names.
+  std::optional<RunningTwin> enter_domain(std::uint32_t domain, std::vector<std::string> nodes);
+
  private:
+  void write();
+
+  RunningTwin about_;
   std::filesystem::path file_;
   std::string problem_;
 };

@@ -2,7 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "doppel/base/core/diagnostic.h"
+
 namespace doppel {
+
+namespace {
+
+// The next domain without a twin; those up to 101 have ports that no other program is given.
+std::uint32_t free_domain(std::uint32_t domain) {
+  constexpr std::uint32_t kDomains = 102;
+  const std::vector<RunningTwin> twins = find_running();
+  for (std::uint32_t i = 1; i < kDomains; ++i) {
+    const std::uint32_t next = (domain + i) % kDomains;
+    if (std::ranges::find(twins, next, &RunningTwin::domain) == twins.end()) return next;
+  }
+  return (domain + 1) % kDomains;
+}
+
+}  // namespace
 
 ServerOptions server_options(const std::string& name, const ServerEdgeOptions& options,
                              std::shared_ptr<AssetLibrary> assets) {
@@ -25,10 +44,25 @@ ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptio
                        std::shared_ptr<AssetLibrary> assets, const Log& log)
     : server_(bus, server_options(robot, options, std::move(assets)), log),
       announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
+  if (options.emulated) announcement_.mark_emulated();
   if (announcement_.problem().empty()) return;
   log.warning("server",
               fmt::format("other shells cannot find this twin automatically: {}; use --port {} there",
                           announcement_.problem(), server_.port()));
+}
+
+void ServerEdge::enter_domain(std::uint32_t domain, std::vector<std::string> nodes) {
+  const auto other = announcement_.enter_domain(domain, std::move(nodes));
+  if (!other) return;
+  throw InputError(
+      "ros.names_taken", {},
+      fmt::format(
+          "{} is in ROS 2 domain {} with the same names of nodes: the topics and commands of both would mix",
+          other->label(), domain),
+      fmt::format(
+          "give one of them a domain of its own: --domain {}; or a namespace: --ros-args -r __ns:=/second -r "
+          "/clock:=clock; or keep it off the ROS 2 network: --no-ros",
+          free_domain(domain)));
 }
 
 std::string ServerEdge::banner() const {

@@ -19,6 +19,7 @@ struct ServerEdgeOptions {
   std::filesystem::path page_folder;                            // of the built page
   std::vector<std::pair<std::string, std::string>> metadata{};  // for the page, in the server's greeting
   std::shared_ptr<PlaybackControl> playback{};                  // of a recording; nullptr: none is played
+  bool emulated = false;  // an arm behind a port: verbs do not choose it
 };
 
 // The options of the server with that name.
@@ -32,6 +33,9 @@ class DOPPEL_API ServerEdge {
              std::shared_ptr<AssetLibrary> assets, const Log& log);
 
   [[nodiscard]] const Server& server() const { return server_; }
+  // The nodes are about to join the domain. Throws InputError where a running twin of this user has their
+  // names.
+  void enter_domain(std::uint32_t domain, std::vector<std::string> nodes);
   // A line with its address, for the terminal.
   [[nodiscard]] std::string banner() const;
   // The page's address, set apart: the last line of a start.

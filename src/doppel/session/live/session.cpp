@@ -31,6 +31,8 @@ std::string without_query(const std::string& url) {
 
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
     : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log), scenario_(options.scenario) {
+  if (options.network && options.network->range != ros2::DiscoveryRange::off)
+    server_.enter_domain(options.network->domain, twin.bus().nodes());
   if (options.validation)
     validation_.emplace(
         twin.bus(),

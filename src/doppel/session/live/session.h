@@ -69,6 +69,7 @@ class DOPPEL_API Session {
 
 class DOPPEL_API TwinSession : public Session {
  public:
+  // Throws InputError, too, where a running twin of this user has the names of the nodes on the network.
   TwinSession(Twin& twin, const SessionOptions& options, const Log& log);
   ~TwinSession();
 

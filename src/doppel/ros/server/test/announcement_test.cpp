@@ -65,6 +65,33 @@ TEST_F(AnnouncementTest, NewestIsListedFirst) {
   EXPECT_EQ(twins[0].robot, "second");
 }
 
+TEST_F(AnnouncementTest, NameOfRunningTwinInDomainIsRefused) {
+  const Server first(bus_, {.port = 0}, log_), second(bus_, {.port = 0}, log_);
+  Announcement left("left", first.port()), right("right", second.port());
+  EXPECT_FALSE(left.enter_domain(7, {"/controller_manager", "/doppel"}));
+  EXPECT_FALSE(right.enter_domain(8, {"/controller_manager"})) << "expected no conflict between domains";
+  EXPECT_FALSE(right.enter_domain(7, {"/right/controller_manager"})) << "expected no conflict between names";
+  const auto conflict = right.enter_domain(7, {"/right/doppel", "/doppel"});
+  ASSERT_TRUE(conflict);
+  EXPECT_EQ(conflict->label(), "left (port " + std::to_string(first.port()) + ")");
+  EXPECT_FALSE(left.enter_domain(7, {"/controller_manager"})) << "expected no conflict with itself";
+  const auto twins = find_running();
+  ASSERT_EQ(twins.size(), 2u);
+  EXPECT_EQ(twins[0].domain, 7u);
+  EXPECT_EQ(twins[0].nodes, std::vector<std::string>{"/right/controller_manager"});
+}
+
+TEST_F(AnnouncementTest, EmulatedArmIsMarked) {
+  const Server server(bus_, {.port = 0}, log_);
+  Announcement arm("arm", server.port());
+  arm.mark_emulated();
+  const auto twins = find_running();
+  ASSERT_EQ(twins.size(), 1u);
+  EXPECT_TRUE(twins[0].emulated);
+  EXPECT_EQ(twins[0].domain, std::nullopt);
+  EXPECT_EQ(twins[0].label(), "arm, emulated (port " + std::to_string(server.port()) + ")");
+}
+
 TEST_F(AnnouncementTest, EndedTwinIsIgnoredAndRemoved) {
   std::uint16_t closed_port = 0;
   {
