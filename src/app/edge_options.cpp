@@ -35,6 +35,18 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
   verb.add_option("--domain", options.ros.domain, "ROS 2 domain (default: ROS_DOMAIN_ID, or 0)")
       ->check(CLI::Range(std::uint32_t{0}, ros2::kLastDomain))
       ->excludes(none);
+  verb.add_option_function<std::string>(
+          "--move-group",
+          [&options](const std::string& text) {
+            options.ros.move_group = text == "on"    ? ros2::Yielding::never
+                                     : text == "off" ? ros2::Yielding::always
+                                                     : ros2::Yielding::to_others;
+          },
+          "The services of MoveIt's move_group on the ROS 2 network: auto (default): where no other program "
+          "serves "
+          "them; on: always; off: never. The page and the verbs have them in any case")
+      ->check(CLI::IsMember({"auto", "on", "off"}))
+      ->excludes(none);
   verb.add_option("--distro", options.distro,
                   "Distribution of ROS 2 whose messages and defaults the twin has: jazzy, kilted or lyrical "
                   "(default: ROS_DISTRO, or jazzy)")
@@ -72,6 +84,7 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
     set_ros_distro(*distro_of(options.distro));
   }
   out.network = ros_network(options.ros, ros, diagnostics);
+  out.move_group = options.ros.move_group;
   out.bundled = bundled_folders();
   if (options.local_token && out.network && out.network->range != ros2::DiscoveryRange::off) {
     diagnostics.note(

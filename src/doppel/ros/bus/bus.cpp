@@ -473,7 +473,7 @@ std::vector<TopicInfo> topics_of(const Bus::Impl& impl) {
 std::vector<ServiceInfo> services_of(const Bus::Impl& impl) {
   std::vector<ServiceInfo> infos;
   for (const auto& [name, entry] : impl.services) {
-    infos.push_back({entry->id, name, entry->support->name, entry->node->name()});
+    infos.push_back({entry->id, name, entry->support->name, entry->node->name(), entry->node->is_yielding()});
   }
   return infos;
 }

@@ -96,6 +96,7 @@ struct TopicInfo {
 struct ServiceInfo {
   ServiceId id = 0;
   std::string name, type, node;
+  bool yields = false;  // Node::set_yielding
 };
 
 // Responds to a service request once, now or later, on the loop's thread. Copyable.
@@ -154,6 +155,11 @@ class DOPPEL_API Node {
 
   [[nodiscard]] Parameters& parameters() { return parameters_; }
 
+  // Its services stand in for those of a program that may run beside this one: on a network they step back
+  // where that program serves their names. Before the first of them.
+  void set_yielding() { yielding_ = true; }
+  [[nodiscard]] bool is_yielding() const { return yielding_; }
+
  private:
   std::shared_ptr<bus_detail::Topic> advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops,
                                                      Qos qos);
@@ -164,6 +170,7 @@ class DOPPEL_API Node {
   Bus& bus_;
   std::string given_name_, name_;
   Parameters parameters_;
+  bool yielding_ = false;
 };
 
 struct EdgeOptions {

@@ -15,6 +15,7 @@
 #include "doppel/ros/network/detail/bridge_topics.h"
 #include "doppel/ros/network/detail/bridge_twists.h"
 #include "doppel/ros/network/detail/bridge_warnings.h"
+#include "doppel/ros/network/detail/bridge_yielding.h"
 
 namespace doppel::ros2 {
 
@@ -158,7 +159,8 @@ struct Bridge::Impl {
   NetworkStatus now_so_far;
   RejectionLog rejections{log, now_so_far};
   UnbridgedLog unbridged{log};
-  NetworkWarnings warnings{log};
+  NetworkWarnings warnings{log, options.name_process};
+  YieldedNames yielded{options.yielding, options.name_process, log};
   std::unique_ptr<JoinedNetwork> network;
   BridgedClients clients{bus, *edge, now_so_far, unbridged};
   RateLimitedTask follow{milliseconds(10)}, match{milliseconds(5)}, graph_update{milliseconds(20)},
@@ -277,9 +279,11 @@ bool Bridge::Impl::forward_messages() {
 
 void Bridge::Impl::follow_bus(SteadyTime now) {
   seen_version = bus.graph_version();  // read first, so that later changes are found next time
-  const auto services = bus.services();
+  auto services = bus.services();
   clients.follow(services);
   if (network == nullptr) return;
+  yielded.follow(services);
+  std::erase_if(services, [this](const ServiceInfo& service) { return yielded.hides(service); });
   bool waits = network->topics.follow(bus.topics(), now);
   waits = network->services.follow(services, now) || waits;
   if (waits) follow.request();
@@ -289,7 +293,10 @@ void Bridge::Impl::follow_bus(SteadyTime now) {
 
 void Bridge::Impl::announce() {
   Announcement announcement;
-  for (const std::string& node : bus.nodes()) announcement.add_node(node);
+  for (const std::string& node : bus.nodes()) {
+    if (yielded.hides_node(node)) announcement.rename(node, kBridgeName);
+    announcement.add_node(node);
+  }
   network->topics.announce(announcement);
   network->services.announce(announcement);
   clients.announce(announcement);
@@ -305,6 +312,7 @@ void Bridge::Impl::take_snapshot() {
   next->services = network->graph.services();
   const Gid own = network->participant->gid();
   warnings.look_at(next->topics, next->services, own);
+  if (yielded.look_at(next->nodes, next->services, own)) follow.request();
   network->twists.look_at(next->topics, own, steady_clock::now());
   now_so_far.nodes = static_cast<std::size_t>(
       std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));

@@ -22,10 +22,18 @@
 
 namespace doppel::ros2 {
 
+// The services of yielding nodes (Node::set_yielding): offered whatever others do, offered unless another
+// program serves the name, or not offered on the network.
+enum class Yielding : std::uint8_t { never, to_others, always };
+
 struct BridgeOptions {
-  ParticipantOptions network;
+  ParticipantOptions network = {};
+  Yielding yielding = Yielding::to_others;
   // The node that publishes the status "doppel: ros2 network" on /diagnostics once a second; "": none.
-  std::string diagnostics_node;
+  std::string diagnostics_node = {};
+  // For warnings about other participants: what a process of this machine is, "the twin kate (port 8700)", or
+  // "". Empty: the process's number is printed.
+  std::function<std::string(int process)> name_process = {};
   std::size_t ring_bytes = std::size_t{32} << 20;  // queue for the network, beyond which messages are dropped
 };
 

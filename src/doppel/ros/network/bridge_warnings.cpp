@@ -33,14 +33,15 @@ int process_of(const Gid& gid) {
 
 }  // namespace
 
-std::string place_of(const Gid& other, const Gid& own) {
+std::string place_of(const Gid& other, const Gid& own, const NameProcess& name_process) {
   constexpr std::array<std::uint8_t, 2> kFastDds{1, 15};
   if (!std::ranges::equal(other.prefix().first<2>(), kFastDds)) return "another process";
   if (!std::ranges::equal(other.prefix().first<kMachineSize>(), own.prefix().first<kMachineSize>()))
     return "another machine";
   const int process = process_of(other);
-  return process == 0 ? "another process on this machine"
-                      : fmt::format("process {} on this machine", process);
+  if (process == 0) return "another process on this machine";
+  const std::string name = name_process ? name_process(process) : "";
+  return name.empty() ? fmt::format("process {} on this machine", process) : name;
 }
 
 bool NetworkWarnings::is_new(const GraphEndpoint& own_end, const GraphEndpoint& other_end) {
@@ -93,7 +94,7 @@ void NetworkWarnings::compare_types(const std::string& name, const std::vector<G
     log_.warning(
         node_base_name(own_end->node),
         fmt::format("node {} in {} has {} of {}, and this is {}: its messages on {} would be misread. {}",
-                    other.node, place_of(other.gid, self), foreign->type,
+                    other.node, place_of(other.gid, self, name_process_), foreign->type,
                     has_distro ? title_of(foreign->distros) : "another definition", title(ros_distro()), name,
                     has_distro ? fmt::format("Start the twin with --distro {}, or set ROS_DISTRO",
                                              to_string(foreign->distros.back()))
@@ -120,12 +121,13 @@ void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics,
       if (publisher.type != rosgraph_msgs::msg::Clock::kType || !is_same_participant(publisher.gid, own))
         continue;
       for (const GraphEndpoint& other : topic.publishers) {
-        if (is_same_participant(other.gid, own)) continue;
+        // The nodes of a participant arrive after its endpoints, and are looked at then.
+        if (is_same_participant(other.gid, own) || other.node == kUnknownNode) continue;
         say(publisher, other,
             fmt::format("{} is also published by node {} in {}: nodes that use simulated time jump between "
                         "the two clocks; give one of them its own domain (--domain), or a namespace with its "
                         "own clock (--ros-args -r __ns:=/left -r /clock:=clock)",
-                        topic.name, other.node, place_of(other.gid, own)));
+                        topic.name, other.node, place_of(other.gid, own, name_process_)));
       }
     }
   }

@@ -7,6 +7,7 @@
 
 #include "doppel/ros/network/middleware.h"
 #include "doppel/ros/network/participant.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel {
 namespace {
@@ -22,6 +23,13 @@ std::string who_can_see(const ros2::ParticipantOptions& network) {
     case ros2::DiscoveryRange::subnet:
     case ros2::DiscoveryRange::system_default:
       return "the whole local network, where everyone can command the twin (doppel man security.md)";
+  }
+  return "";
+}
+
+std::string name_of_twin(int process) {
+  for (const RunningTwin& twin : find_running()) {
+    if (twin.pid == process) return "the twin " + twin.label();
   }
   return "";
 }
@@ -58,8 +66,13 @@ std::string RosEdge::banner() const {
 }
 
 void RosEdge::open() {
-  if (network_.has_value())
-    bridge_.emplace(bus_, ros2::BridgeOptions{.network = *network_, .diagnostics_node = "/doppel"}, log_);
+  if (!network_.has_value()) return;
+  bridge_.emplace(bus_,
+                  ros2::BridgeOptions{.network = *network_,
+                                      .yielding = move_group_,
+                                      .diagnostics_node = "/doppel",
+                                      .name_process = name_of_twin},
+                  log_);
 }
 
 }  // namespace doppel

@@ -15,6 +15,7 @@ namespace doppel {
 struct RosEdgeOptions {
   bool none = false;                    // do not join
   std::optional<std::uint32_t> domain;  // else ROS_DOMAIN_ID
+  ros2::Yielding move_group = ros2::Yielding::to_others;
 };
 
 // The participant's options from the arguments, --ros-args and ROS 2's environment variables; nullopt:
@@ -26,8 +27,9 @@ DOPPEL_API std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOpti
 class DOPPEL_API RosEdge {
  public:
   // `bus` and `log` outlive the edge.
-  RosEdge(Bus& bus, std::optional<ros2::ParticipantOptions> network, const Log& log)
-      : bus_(bus), log_(log), network_(std::move(network)) {}
+  RosEdge(Bus& bus, std::optional<ros2::ParticipantOptions> network, ros2::Yielding move_group,
+          const Log& log)
+      : bus_(bus), log_(log), network_(std::move(network)), move_group_(move_group) {}
 
   // A line for the terminal about its visibility; empty if it does not join.
   [[nodiscard]] std::string banner() const;
@@ -39,6 +41,7 @@ class DOPPEL_API RosEdge {
   Bus& bus_;
   const Log& log_;
   std::optional<ros2::ParticipantOptions> network_;
+  const ros2::Yielding move_group_;
   std::optional<ros2::Bridge> bridge_;
 };
 

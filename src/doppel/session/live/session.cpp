@@ -16,7 +16,7 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
     : assets_(std::make_shared<AssetLibrary>()),
       resources_(bus, assets_),
       server_(bus, name, options.server, assets_, log),
-      ros_(bus, options.network, log),
+      ros_(bus, options.network, options.move_group, log),
       bundled_(options.bundled) {}
 
 namespace {

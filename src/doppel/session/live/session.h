@@ -32,7 +32,8 @@ namespace doppel {
 
 struct SessionOptions {
   ServerEdgeOptions server;
-  std::optional<ros2::ParticipantOptions> network;  // of ROS 2; nullopt: not joined
+  std::optional<ros2::ParticipantOptions> network;        // of ROS 2; nullopt: not joined
+  ros2::Yielding move_group = ros2::Yielding::to_others;  // its services on that network
   BundledFolders bundled;
   bool reload = true;                              // reload when a source file is saved
   bool rewind = true;                              // of a twin: keep automatic states (twin/saved_states)

@@ -20,6 +20,7 @@ struct ArmServices::Impl {
         node(the_bus, (name_space.empty() ? "" : "/" + name_space) + "/move_group"),
         solving(the_log),
         mapping(the_log) {
+    node.set_yielding();
     make_standard(node);
   }
 

@@ -60,15 +60,20 @@ class UnbridgedLog {
 // Nodes with their endpoints on the network, to be announced.
 class Announcement {
  public:
-  void add_node(const std::string& name) { nodes_.try_emplace(name, OwnNode{name, {}, {}}); }
+  // What is added to a node of that name from now on is of the other one.
+  void rename(const std::string& name, const std::string& other) { renamed_[name] = other; }
+  void add_node(const std::string& name) { of(name); }
   void add_reader(const std::string& node, const Gid& gid) { of(node).readers.push_back(gid); }
   void add_writer(const std::string& node, const Gid& gid) { of(node).writers.push_back(gid); }
   [[nodiscard]] std::vector<OwnNode> nodes() const;
 
  private:
   OwnNode& of(const std::string& node) {
-    return nodes_.try_emplace(node, OwnNode{node, {}, {}}).first->second;
+    const auto renamed = renamed_.find(node);
+    const std::string& name = renamed == renamed_.end() ? node : renamed->second;
+    return nodes_.try_emplace(name, OwnNode{name, {}, {}}).first->second;
   }
+  std::map<std::string, std::string> renamed_;
   std::map<std::string, OwnNode> nodes_;
 };
 

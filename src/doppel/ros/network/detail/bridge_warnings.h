@@ -3,6 +3,7 @@
 // bridge's thread only.
 
 #include <cstdint>
+#include <functional>
 #include <set>
 #include <string>
 #include <utility>
@@ -13,9 +14,12 @@
 
 namespace doppel::ros2 {
 
+using NameProcess = std::function<std::string(int process)>;  // BridgeOptions::name_process
+
 class NetworkWarnings {
  public:
-  explicit NetworkWarnings(const Log& log) : log_(log) {}
+  NetworkWarnings(const Log& log, NameProcess name_process)
+      : log_(log), name_process_(std::move(name_process)) {}
   // Logs under the node concerned, once for each pair of endpoints: a reader or writer with incompatible QoS,
   // with rclcpp's message, and another publisher of this participant's clock; once for each participant: a
   // message type of another distribution. `own` is this participant.
@@ -32,13 +36,14 @@ class NetworkWarnings {
   bool is_new(const GraphEndpoint& own_end, const GraphEndpoint& other_end);
 
   const Log& log_;
+  const NameProcess name_process_;
   std::set<std::pair<Gid, Gid>> said_, lasting_;  // own endpoint, other endpoint
   // Participants of another distribution by their prefix: reported, and those that are there now.
   std::set<std::vector<std::uint8_t>> foreign_, lasting_foreign_;
 };
 
-// The process of another participant, as far as its Gid identifies it: "process 1234 on this machine",
-// "another machine". With Fast DDS a Gid contains the vendor, the machine and the process.
-std::string place_of(const Gid& other, const Gid& own);
+// The process of another participant, as far as its Gid identifies it: "process 1234 on this machine", or
+// what it is; "another machine". With Fast DDS a Gid contains the vendor, the machine and the process.
+std::string place_of(const Gid& other, const Gid& own, const NameProcess& name_process = {});
 
 }  // namespace doppel::ros2
