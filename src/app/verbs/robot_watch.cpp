@@ -48,6 +48,7 @@ RobotWatch::RobotWatch(Client& twin, const std::string& manager)
 bool RobotWatch::take(const Client::Received& message) {
   if (message.topic == description_) {
     read_description(decode<std_msgs::msg::String>(message.cdr).data);
+    check_description();
   } else if (message.topic == stop_) {
     stopped_ = decode<std_msgs::msg::Bool>(message.cdr).data;
   } else if (message.topic == loads_topic_) {
@@ -57,8 +58,10 @@ bool RobotWatch::take(const Client::Received& message) {
   } else if (message.topic == states_) {
     const auto state = decode<sensor_msgs::msg::JointState>(message.cdr);
     stamp_ = from_msg(state.header.stamp);
+    const std::size_t count = joints_.size();
     for (std::size_t i = 0; i < std::min(state.name.size(), state.position.size()); ++i)
       joints_[state.name[i]] = {state.position[i], element(state.velocity, i), element(state.effort, i)};
+    if (joints_.size() != count) check_description();
     return true;
   }
   return false;
@@ -73,6 +76,17 @@ void RobotWatch::read_description(const std::string& urdf) {
   } catch (const InputError& error) {
     print_note(
         fmt::format("warning: {} cannot be read, so limits are not checked\n{}", description_, error.what()));
+  }
+}
+
+// Limits and names of another robot must not decide how far this one moves.
+void RobotWatch::check_description() const {
+  for (const auto& [name, sample] : joints_) {
+    if (!model_ || find(name) != nullptr) continue;
+    throw ClientError(fmt::format(
+        "{} describes another robot, '{}': it has no joint '{}', which {} has; two programs publish "
+        "there (doppel topic info {} -v): end one of them, or give it a domain of its own (--domain)",
+        description_, model_->name, name, states_, description_));
   }
 }
 

@@ -28,10 +28,11 @@ struct DriveLoad {
 class RobotWatch {
  public:
   // Subscribes to the topics in the manager's namespace, and waits for a state, the description and the stop.
-  // Throws ClientError if no joint states arrive.
+  // Throws ClientError if no joint states arrive, or the description is another robot's.
   RobotWatch(Client& twin, const std::string& manager);
 
-  // Uses a received message; false: it is of another topic than the joint states.
+  // Uses a received message; false: it is of another topic than the joint states. Throws ClientError where
+  // the description lacks a joint of the states.
   bool take(const Client::Received& message);
 
   [[nodiscard]] const std::map<std::string, JointSample>& joints() const { return joints_; }
@@ -49,6 +50,7 @@ class RobotWatch {
 
  private:
   void read_description(const std::string& urdf);
+  void check_description() const;
 
   std::string states_, description_, stop_, loads_topic_;  // topics
   std::map<std::string, JointSample> joints_;
