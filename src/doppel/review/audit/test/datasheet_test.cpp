@@ -1,6 +1,8 @@
 // Data sheets: units, interpolation, the bundled library, and the audit's findings on them.
 #include "doppel/review/audit/detail/datasheet.h"
 
+#include <fmt/format.h>
+
 #include <numbers>
 
 #include "doppel/review/audit/drive_precision.h"
