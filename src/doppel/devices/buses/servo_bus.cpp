@@ -178,8 +178,10 @@ std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
       out.firmware = answer->data[2];
       return out;
     }
+    // A servo that is there is asked again: an answer that a busy machine loses would make its model unknown.
+    constexpr int kModelTries = 3;
     const ServoModel* const any = find_servo_model("STS3215");
-    const auto number = read(id, *any->find("Model_Number"), tries);
+    const auto number = read(id, *any->find("Model_Number"), kModelTries);
     out.number = static_cast<std::uint16_t>(number.value_or(0));
     return out;
   }
