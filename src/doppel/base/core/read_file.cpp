@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <span>
@@ -23,6 +24,32 @@ RegularFile not_open(std::string problem, bool is_missing = false) {
 }
 RegularFile failed_to_open() {
   return not_open(std::strerror(errno), errno == ENOENT || errno == ENOTDIR);
+}
+
+// The name of something that this process has open, as bash gives it for <(command): the user has chosen it.
+bool is_own_descriptor(const std::filesystem::path& file) {
+  return file.parent_path() == "/dev/fd" || file == "/dev/stdin";
+}
+
+// What a pipe of the user gives until its end.
+FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) {
+  const FileDescriptor pipe(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
+  struct stat facts {};
+  if (!pipe.is_open() || fstat(pipe.get(), &facts) != 0)
+    return {.bytes = {}, .problem = std::strerror(errno), .is_missing = errno == ENOENT};
+  if (!S_ISFIFO(facts.st_mode) && !S_ISREG(facts.st_mode))
+    return {.bytes = {}, .problem = "it is neither a file nor a pipe", .is_missing = false};
+  FileContent out;
+  std::array<char, 65536> part{};
+  for (ssize_t count = 1; count > 0 && out.bytes.size() <= max_bytes;) {
+    count = read_all(pipe.get(), std::as_writable_bytes(std::span(part)));
+    if (count < 0) return {.bytes = {}, .problem = std::strerror(errno), .is_missing = false};
+    out.bytes.append(part.data(), static_cast<std::size_t>(count));
+  }
+  if (out.bytes.size() > max_bytes)
+    return {
+        .bytes = {}, .problem = fmt::format("it is larger than {} bytes", max_bytes), .is_missing = false};
+  return out;
 }
 
 // Empty: it is a regular file.
@@ -66,6 +93,7 @@ RegularFile open_regular_file(const std::filesystem::path& file) {
 }
 
 FileContent read_content(const std::filesystem::path& file, std::size_t max_bytes) {
+  if (is_own_descriptor(file)) return read_pipe(file, max_bytes);
   const RegularFile opened = open_regular_file(file);
   if (!opened.problem.empty()) return not_read(opened.problem, opened.is_missing);
   if (opened.size > max_bytes) return not_read(fmt::format("it is larger than {}", size_text(max_bytes)));

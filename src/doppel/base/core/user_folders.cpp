@@ -29,8 +29,6 @@ std::string private_folder_problem(const fs::path& folder) {
 }
 
 std::string make_private_folder(const fs::path& folder) {
-  std::error_code none;
-  fs::create_directories(folder.parent_path(), none);
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
     return fmt::format("cannot create {}: {}", folder.string(), std::strerror(errno));
   return private_folder_problem(folder);

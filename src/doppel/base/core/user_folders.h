@@ -20,7 +20,7 @@ DOPPEL_API std::filesystem::path runtime_folder();
 // who makes a folder in /tmp first can replace what is in it by links to files of the one who uses it. Any
 // thread.
 [[nodiscard]] DOPPEL_API std::string private_folder_problem(const std::filesystem::path& folder);
-// The same for a folder that is made, with those above it, if it is not there.
+// The same for a folder that is made if it is not there, within one that is.
 [[nodiscard]] DOPPEL_API std::string make_private_folder(const std::filesystem::path& folder);
 
 }  // namespace doppel

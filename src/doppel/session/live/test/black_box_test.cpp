@@ -368,8 +368,9 @@ TEST_F(BlackBoxTest, BagOfKilledProcessIsRunAgain) {
     fs::copy(options_.scratch / ("black_box-" + std::to_string(getpid())), dead, fs::copy_options::recursive);
   }
   fs::remove_all(options_.folder);
+  const std::size_t before = lines().size();
   const BlackBox box(*twin_, options_, log_);
-  for (int i = 0; i < 3000 && lines().empty(); ++i) std::this_thread::sleep_for(10ms);
+  for (int i = 0; i < 3000 && lines().size() == before; ++i) std::this_thread::sleep_for(10ms);
   ASSERT_THAT(bags(), SizeIs(1));
   EXPECT_THAT(about(bags()[0]), Contains(Pair("cause", "killed")));
   expect_equal_again(bags()[0], folder_ / "files");
