@@ -207,6 +207,7 @@ TEST_F(DeviceServices, StartWaitsForPoseAndThenControllersHoldArm) {
   EXPECT_THAT(confirm("0.3"), HasSubstr("success: true"));
   EXPECT_EQ(state(), "active");
   EXPECT_TRUE(commands());
+  run(1.0);  // until the servo is there
   EXPECT_NEAR(joint("lift").q, 0.3, 0.05);
   EXPECT_THAT(press("release"), HasSubstr("report no positions"));
   EXPECT_TRUE(commands());

@@ -195,7 +195,7 @@ TEST(RtpsDiscovery, EndpointsAreLimitedAndThoseOfEarliestDepartureForgotten) {
 }
 
 TEST(RtpsDiscovery, PublishedFaultsAreRefusedOrBlanked) {
-  for (const PublishedFault& fault : published_faults(kSender)) {
+  for (const auto& fault : published_faults(kSender)) {
     SCOPED_TRACE(fault.name);
     RtpsGuard guard;
     Receiver receiver;
