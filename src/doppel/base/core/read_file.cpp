@@ -31,7 +31,7 @@ bool is_own_descriptor(const std::filesystem::path& file) {
   return file.parent_path() == "/dev/fd" || file == "/dev/stdin";
 }
 
-// What a pipe of the user gives until its end.
+// Reads a pipe of the user until its end.
 FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) {
   const FileDescriptor pipe(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
   struct stat facts {};

@@ -179,10 +179,10 @@ std::vector<std::pair<std::string, std::string>> bound(RunFiles& files) {
 
 void remove_oldest(std::vector<fs::path> bags, std::size_t left) {
   std::error_code none;
-  // By time: bags of one second have numbers behind their names, of which "_10" comes before "_2".
+  // They are sorted by time: bags of one second have numbers in their names, and "_10" comes before "_2".
   const auto time_of = [](const fs::path& bag) {
-    std::error_code gone;
-    return std::pair(fs::last_write_time(bag, gone), bag);
+    std::error_code ignored;
+    return std::pair(fs::last_write_time(bag, ignored), bag);
   };
   std::ranges::sort(bags, {}, time_of);
   for (std::size_t i = 0; i + left < bags.size(); ++i) fs::remove_all(bags[i], none);
