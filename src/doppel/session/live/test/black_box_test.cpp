@@ -39,6 +39,7 @@ class BlackBoxTest : public testing::Test {
     options_.folder = folder_ / "state";
     options_.afterwards = 100ms;
     options_.version = "1.2.3";
+    fs::create_directories(options_.scratch.parent_path());
     EXPECT_EQ(make_private_folder(options_.scratch), "");
     log_.add_sink([this](const LogLine& line) {
       const std::lock_guard lock(mutex_);
