@@ -31,27 +31,6 @@ bool is_own_descriptor(const std::filesystem::path& file) {
   return file.parent_path() == "/dev/fd" || file == "/dev/stdin";
 }
 
-// Reads a pipe of the user until its end.
-FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) {
-  const FileDescriptor pipe(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
-  struct stat facts {};
-  if (!pipe.is_open() || fstat(pipe.get(), &facts) != 0)
-    return {.bytes = {}, .problem = std::strerror(errno), .is_missing = errno == ENOENT};
-  if (!S_ISFIFO(facts.st_mode) && !S_ISREG(facts.st_mode))
-    return {.bytes = {}, .problem = "it is neither a file nor a pipe", .is_missing = false};
-  FileContent out;
-  std::array<char, 65536> part{};
-  for (ssize_t count = 1; count > 0 && out.bytes.size() <= max_bytes;) {
-    count = read_all(pipe.get(), std::as_writable_bytes(std::span(part)));
-    if (count < 0) return {.bytes = {}, .problem = std::strerror(errno), .is_missing = false};
-    out.bytes.append(part.data(), static_cast<std::size_t>(count));
-  }
-  if (out.bytes.size() > max_bytes)
-    return {
-        .bytes = {}, .problem = fmt::format("it is larger than {} bytes", max_bytes), .is_missing = false};
-  return out;
-}
-
 // Empty: it is a regular file.
 std::string kind_problem(const struct stat& facts) {
   if (S_ISREG(facts.st_mode)) return "";
@@ -65,6 +44,24 @@ std::string size_text(std::size_t bytes) {
 
 FileContent not_read(std::string problem, bool is_missing = false) {
   return {.bytes = {}, .problem = std::move(problem), .is_missing = is_missing};
+}
+
+// Reads a pipe of the user until its end.
+FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) {
+  const FileDescriptor pipe(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
+  struct stat facts {};
+  if (!pipe.is_open() || fstat(pipe.get(), &facts) != 0)
+    return not_read(std::strerror(errno), errno == ENOENT);
+  if (!S_ISFIFO(facts.st_mode) && !S_ISREG(facts.st_mode)) return not_read("it is neither a file nor a pipe");
+  FileContent out;
+  std::array<char, 65536> part{};
+  for (ssize_t count = 1; count > 0 && out.bytes.size() <= max_bytes;) {
+    count = read_all(pipe.get(), std::as_writable_bytes(std::span(part)));
+    if (count < 0) return not_read(std::strerror(errno));
+    out.bytes.append(part.data(), static_cast<std::size_t>(count));
+  }
+  return out.bytes.size() > max_bytes ? not_read(fmt::format("it is larger than {}", size_text(max_bytes)))
+                                      : out;
 }
 
 // At most `count` bytes of what is open.
