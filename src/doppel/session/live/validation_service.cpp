@@ -9,6 +9,7 @@
 #include <mutex>
 #include <utility>
 
+#include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
@@ -42,7 +43,7 @@ struct ValidationService::LoopPart {
         Qos::parameter_events());
   }
 
-  // Anyone may publish events: what no node has is not kept.
+  // Anyone may publish events: what no node has is not kept. A value that was set again has an event of its own.
   void keep(const rcl_interfaces::msg::ParameterEvent& event) {
     if (std::exchange(graph, node.bus().graph_version()) != node.bus().graph_version()) {
       const std::vector<std::string> nodes = node.bus().nodes();  // sorted
@@ -53,7 +54,8 @@ struct ValidationService::LoopPart {
       if (other.name() != event.node) return;
       for (const auto& parameter : event.changed_parameters) {
         const Parameters::Declared* const present = other.parameters().find(parameter.name);
-        if (present != nullptr) changed[{other.name(), present->name}] = present->value;
+        if (present != nullptr && present->value == from_msg(parameter.value))
+          changed[{other.name(), present->name}] = present->value;
       }
     });
   }

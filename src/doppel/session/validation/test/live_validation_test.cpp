@@ -225,9 +225,9 @@ TEST_F(LiveValidationTest, ParametersOfClientsActOnCopy) {
     changed.value.type = rcl_interfaces::msg::ParameterType::PARAMETER_DOUBLE;
     changed.value.double_value = value;
   }
+  ASSERT_TRUE(arm.parameters().set("gains.a.p", 3.0));
   listener_.advertise<rcl_interfaces::msg::ParameterEvent>("/parameter_events").publish(event, bus_.now());
   bus_.spin();
-  ASSERT_TRUE(arm.parameters().set("gains.a.p", 3.0));
   ASSERT_TRUE(start({"G06"}).success);
   ASSERT_TRUE(until([&] { return is(Validation::FINISHED); }));
   std::string judged;
