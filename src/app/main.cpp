@@ -15,6 +15,7 @@
 #include "app/usage.h"
 #include "app/view.h"
 #include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/allowed_pipes.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/plugin_module.h"
 #include "doppel/ros/bus/ros_arguments.h"
@@ -120,6 +121,7 @@ int main(int argc, char** argv) {
   doppel::ros2::forget_statistics();
   set_distro_of_environment();
   const std::vector<std::string> words(argv + 1, argv + argc);
+  doppel::allow_pipes(words);
   const int exit_code =
       doppel::app::with_output_written(doppel::app::with_failures_reported([&] { return run(words); }));
   if (doppel::has_abandoned_thread()) {

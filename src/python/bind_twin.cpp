@@ -67,8 +67,8 @@ py::dict arrays(const py::object& self, std::size_t robot) {
   return out;
 }
 
-// What `function` reads from the twin, locked; the interpreter's lock is released meanwhile, because another
-// thread may hold the twin for many steps.
+// The result of `function`, which reads the twin with its lock held. The interpreter's lock is released
+// meanwhile, because another thread may hold the twin for many steps.
 template <class Function>
 auto read(const SteppedTwin& self, Function function) {
   const py::gil_scoped_release released;

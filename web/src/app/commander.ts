@@ -307,7 +307,7 @@ export class Commander {
     await Promise.all(calls);
   }
 
-  // Of a controller manager without an emergency stop, as on a ROS 2 graph: the joints hold, and goals end. The
+  // A controller manager on a ROS 2 graph has no emergency stop: the joints hold, and goals end. The
   // controllers stay active: without one an arm may fall.
   private endGoals(): void {
     const { twin } = this;

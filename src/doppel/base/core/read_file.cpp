@@ -10,6 +10,7 @@
 #include <cstring>
 #include <span>
 
+#include "doppel/base/core/allowed_pipes.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/files_read.h"
 
@@ -24,11 +25,6 @@ RegularFile not_open(std::string problem, bool is_missing = false) {
 }
 RegularFile failed_to_open() {
   return not_open(std::strerror(errno), errno == ENOENT || errno == ENOTDIR);
-}
-
-// The name of something that this process has open, as bash gives it for <(command): the user has chosen it.
-bool is_own_descriptor(const std::filesystem::path& file) {
-  return file.parent_path() == "/dev/fd" || file == "/dev/stdin";
 }
 
 // Empty: it is a regular file.
@@ -90,7 +86,7 @@ RegularFile open_regular_file(const std::filesystem::path& file) {
 }
 
 FileContent read_content(const std::filesystem::path& file, std::size_t max_bytes) {
-  if (is_own_descriptor(file)) return read_pipe(file, max_bytes);
+  if (is_allowed_pipe(file)) return read_pipe(file, max_bytes);
   const RegularFile opened = open_regular_file(file);
   if (!opened.problem.empty()) return not_read(opened.problem, opened.is_missing);
   if (opened.size > max_bytes) return not_read(fmt::format("it is larger than {}", size_text(max_bytes)));

@@ -96,7 +96,7 @@ bool BusEmulator::hears(const RegisterServo& servo) const {
   return servo.rate() == rate_ && now_ >= silent_until_;
 }
 
-// What is on its way at the former rate cannot be read at the new one.
+// Bytes that are on their way at the former rate cannot be read at the new one.
 void BusEmulator::start_line(Time when) {
   now_ = std::min(now_, when);
   line_free_ = std::min(line_free_, when);

@@ -227,7 +227,7 @@ std::size_t BagWriter::latched(std::size_t topic) const {
   return topics_[topic].about.latched;
 }
 
-// What waits is lost with a failure.
+// Messages that wait are lost with a failure.
 std::uint64_t BagWriter::size() const {
   return closed_size_ + (writer_ == nullptr ? 0 : writer_->size() + (closed_ ? 0 : writer_->pending()));
 }

@@ -74,7 +74,7 @@ class DOPPEL_API BlackBox {
   const Log& log_;
   const std::filesystem::path rolling_;
   std::mutex about_mutex_;
-  std::vector<std::pair<std::string, std::string>> about_;  // the versions, and what is left out
+  std::vector<std::pair<std::string, std::string>> about_;  // the versions, and what is not recorded
   Node node_;
   // The recorder's thread.
   ParameterSnapshot parameters_;

@@ -43,7 +43,8 @@ struct ValidationService::LoopPart {
         Qos::parameter_events());
   }
 
-  // Anyone may publish events: what no node has is not kept. A value that was set again has an event of its own.
+  // Anyone may publish events, so a value that the node does not have is not kept. A value that was set
+  // again has an event of its own.
   void keep(const rcl_interfaces::msg::ParameterEvent& event) {
     if (std::exchange(graph, node.bus().graph_version()) != node.bus().graph_version()) {
       const std::vector<std::string> nodes = node.bus().nodes();  // sorted

@@ -17,7 +17,7 @@
 namespace doppel {
 namespace {
 
-// Makes names of components and interfaces unique: repeated ones are left out.
+// Makes names of components and interfaces unique: repeated ones are dropped.
 class Unique {
  public:
   explicit Unique(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}

@@ -4,9 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <fstream>
+#include <vector>
 
+#include "doppel/base/core/allowed_pipes.h"
 #include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
@@ -47,6 +51,21 @@ TEST_F(ReadFileTest, FileUpToBoundIsRead) {
   EXPECT_EQ(beginning_of_file(file, 3), "123");
   EXPECT_EQ(beginning_of_file(file, 9), "12345");
   EXPECT_EQ(read_file(write("empty", "").string(), 0), "");
+}
+
+// A description that includes /dev/stdin would wait for the input of the program.
+TEST_F(ReadFileTest, PipeIsReadWhereCommandLineNamesIt) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const std::string name = "/dev/fd/" + std::to_string(ends[0]);
+  ASSERT_EQ(::write(ends[1], "12345", 5), 5);
+  close(ends[1]);
+  EXPECT_THAT(error_of(name), HasSubstr("it is not a regular file"));
+  const std::vector<std::string> arguments = {"up", "arm.urdf", "--world=" + name, "/dev/null"};
+  allow_pipes(arguments);
+  EXPECT_EQ(read_content(name, 5).bytes, "12345");
+  EXPECT_THAT(error_of("/dev/null"), HasSubstr("it is not a regular file"));
+  close(ends[0]);
 }
 
 TEST_F(ReadFileTest, FileBeyondBoundIsRefusedWithBoth) {

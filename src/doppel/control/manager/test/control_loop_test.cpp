@@ -152,7 +152,8 @@ TEST(ControlLoopTest, StalledLoopStopsHardware) {
   EXPECT_THAT(rig.said, HasSubstr("emergency stop by watchdog: the control loop was blocked for"));
 }
 
-// What the program does after it has started the loop, such as joining the network, may take long.
+// The work of the program between the start of the loop and its first command may take long, for example
+// joining the network.
 TEST(ControlLoopTest, GateHeldDuringStartIsNoStall) {
   ControlLoopOptions options;
   options.stall = milliseconds(1000);

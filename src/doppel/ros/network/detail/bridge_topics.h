@@ -60,7 +60,7 @@ class UnbridgedLog {
 // Nodes with their endpoints on the network, to be announced.
 class Announcement {
  public:
-  // What is added to a node of that name from now on is of the other one.
+  // Anything added to a node of that name from now on belongs to the other one.
   void rename(const std::string& name, const std::string& other) { renamed_[name] = other; }
   void add_node(const std::string& name) { of(name); }
   void add_reader(const std::string& node, const Gid& gid) { of(node).readers.push_back(gid); }

@@ -253,7 +253,7 @@ TEST_F(SimulatedHardwareTest, PluginsAreMappedAndTyposReported) {
                                                "ros2_control.plugin_simulated"}));
 }
 
-// What the note proposes must be possible.
+// The proposal of the note must be possible.
 TEST_F(SimulatedHardwareTest, NoteNamesDevicesOnlyWhereDoppelHasTheirDriver) {
   hardware_.plugin = "doppel/FeetechSts";
   report_plugin(hardware_, PluginUse::driver, diagnostics_);

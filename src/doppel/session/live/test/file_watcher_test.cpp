@@ -103,7 +103,7 @@ TEST_F(FileWatcherTest, FolderLinkWithAnotherTargetIsReported) {
   EXPECT_THAT(next(), ElementsAre(linked));
 }
 
-// link() and symlink() make a whole file, which nobody closes.
+// link() and symlink() make a whole file, which no process closes.
 TEST_F(FileWatcherTest, FileMadeByLinkIsReported) {
   save("2", "2");
   fs::remove(file());
