@@ -149,6 +149,7 @@ class LineGroup final : public ServoGroup {
       if (setup_.joints[i].enabled) targets[channel] = static_cast<std::uint16_t>(std::lround(pose_[i]));
       count = std::max(count, channel + 1);
     }
+    behind_ = behind_ || outstanding_;  // the answer to the targets before will come first
     begin_request();
     add_servo_targets(++sequence_, std::span(targets).first(count), request_);
     outstanding_ = link_.write(request_.bytes());

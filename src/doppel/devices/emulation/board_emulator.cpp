@@ -21,7 +21,7 @@ class BoardEmulator::Pins final : public doppel_servo::Board {
   virtual ~Pins() = default;
 
   uint32_t milliseconds() override {
-    return static_cast<uint32_t>(owner_.now_.time_since_epoch().count() / 1'000'000);
+    return static_cast<uint32_t>((owner_.now_ + owner_.set_back_).time_since_epoch().count() / 1'000'000);
   }
   void pulse(uint8_t channel, uint32_t nanoseconds) override { pulses[channel] = 1e-3 * nanoseconds; }
   int32_t millivolts() override { return supply; }
@@ -66,6 +66,8 @@ void BoardEmulator::send(std::span<const char> bytes) {
       faults_.draw(FaultKind::corrupt, kAll, now_) ? faults_.random() % bytes.size() : bytes.size();
   Time when = std::max(now_, line_free_);
   if (when > now_ + line_buffer(rate_)) return;
+  if (faults_.draw(FaultKind::late, kAll, now_))
+    when += from_seconds(faults_.find(FaultKind::late, kAll, now_)->amount);
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     when += from_seconds(kBitsPerByte / rate_);
     const auto byte = static_cast<std::uint8_t>(bytes[i]);
@@ -74,9 +76,17 @@ void BoardEmulator::send(std::span<const char> bytes) {
   line_free_ = when;
 }
 
+// What is on its way at the former rate cannot be read at the new one. The firmware has had the bytes that
+// were given to it, and its clock does not go back.
+void BoardEmulator::start_line(Time when) {
+  if (now_ > when) set_back_ += now_ - when;
+  now_ = std::min(now_, when);
+  host_free_ = line_free_ = std::min(line_free_, when);
+  sent_.bytes().clear();
+}
+
 void BoardEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int rate) {
-  // The firmware's clock does not go back.
-  if (rate != rate_) host_free_ = line_free_ = std::min(line_free_, when);
+  if (rate != rate_) start_line(when);
   now_ = std::max(now_, when);
   if (!plugged_) return;
   rate_ = rate;

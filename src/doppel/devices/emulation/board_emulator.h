@@ -43,12 +43,14 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
  private:
   class Pins;  // the firmware with its pins and its wire
   void send(std::span<const char> bytes);
+  void start_line(Time when);
 
   std::vector<HobbyServo> servos_;
   std::vector<std::optional<double>> blocked_;  // rad, by the servos: since a fault blocks them
   FaultPlan faults_;
   ArrivingBytes sent_;
   Time now_{};
+  Duration set_back_{};             // how far the firmware's clock is ahead of now_
   Time line_free_{}, host_free_{};  // when the last byte to and from the host ends
   int rate_ = 115200;
   bool plugged_ = true;

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <variant>
 #include <vector>
 
 #include "doppel/devices/buses/servo_bus.h"
@@ -367,21 +369,47 @@ TEST(BusEmulator, FastSyncReadThatNoServoHasRoomForIsSilent) {
   EXPECT_TRUE(bench.answer_to(0xFE, 0x8A, parameters).empty());
 }
 
-TEST(BoardEmulator, NoiseThatNoLineCanCarryIsLost) {
-  BoardEmulator board(std::vector<HobbyServo>{{.channel = 0}});
-  test::TestMachine machine(board, 1);
-  EmulatedLink link(board, "emulated", 115200);
-  machine.run(link, 0.1);
-  FrameBytes questions, question;
-  question.add('\n');  // ends the line that the noise has begun
+// The state that the board reports within 0.2 s of a question.
+std::optional<ServoLineState> ask_state(EmulatedLink& link) {
+  FrameBytes question;
+  question.add('\n');  // ends the line that noise has begun
   add_servo_line("Q", question);
-  while (questions.room() > question.size()) questions.add(question.bytes());
-  for (int i = 0; i < 1000; ++i) board.receive(questions.bytes(), link.now(), 115200);  // 2 MB, by a pipe
-  machine.run(link, 1);
   link.discard();
-  ASSERT_TRUE(link.write(question.bytes()));
+  EXPECT_TRUE(link.write(question.bytes()));
+  ServoLineReader reader;
   std::array<std::uint8_t, 200> bytes{};
-  EXPECT_GT(link.read(bytes, link.now() + from_seconds(0.2)), 0U);
+  const Time deadline = link.now() + from_seconds(0.2);
+  while (const std::size_t count = link.read(bytes, deadline)) {
+    reader.push(std::span(bytes).first(count));
+    while (const auto body = reader.next()) {
+      const ServoLineReply reply = parse_servo_reply(*body);
+      if (const auto* const state = std::get_if<ServoLineState>(&reply)) return *state;
+    }
+  }
+  return {};
+}
+
+TEST(BoardEmulator, NoiseThatNoLineCanCarryIsLost) {
+  FrameBytes questions;
+  while (questions.room() > 10) add_servo_line("Q", questions);
+  for (const int rate : {115200, 50}) {
+    BoardEmulator board(std::vector<HobbyServo>{{.channel = 0}});
+    test::TestMachine machine(board, 1);
+    EmulatedLink link(board, "emulated", 115200);
+    machine.run(link, 0.1);
+    const auto before = ask_state(link);
+    ASSERT_TRUE(before);
+    machine.run(link, 0.1);
+    for (int i = 0; i < 1000; ++i) board.receive(questions.bytes(), link.now(), rate);  // 2 MB, by a pipe
+    machine.run(link, 1);
+    const auto first = ask_state(link);
+    ASSERT_TRUE(first) << "after noise at " << rate << " bit/s";
+    EXPECT_GT(first->milliseconds, before->milliseconds + 1000);
+    machine.run(link, 1);
+    const auto second = ask_state(link);
+    ASSERT_TRUE(second);
+    EXPECT_GT(second->milliseconds, first->milliseconds + 900) << "expected the board's clock to go on";
+  }
 }
 
 TEST(BusEmulator, SameSeedGivesSameBytes) {
