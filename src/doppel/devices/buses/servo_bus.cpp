@@ -39,6 +39,12 @@ std::optional<std::int64_t> value_in(std::span<const std::uint8_t> block, std::s
   return decode_register(*which, block.subspan(which->address - begin, which->size));
 }
 
+// Every servo of a protocol has the number of its model at the same address.
+const ServoRegister& model_number(ServoProtocol protocol) {
+  const char* const any = protocol == ServoProtocol::feetech ? "STS3215" : "XL430-W250";
+  return *find_servo_model(any)->find("Model_Number");
+}
+
 std::int64_t clamped(double value, double low, double high) {
   return std::llround(std::clamp(value, low, high));
 }
@@ -168,20 +174,21 @@ std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
   // Feetech's answer to a ping has no data.
   const std::size_t data = protocol_ == ServoProtocol::dynamixel ? 3 : 0;
   for (int i = 0; i < tries; ++i) {
+    // A late answer shows as well that the servo is there, but its data may be those of registers.
+    const bool in_doubt = missing_->has(id, data);
     request_.clear();
     codec_->add_ping(id, request_);
     const auto answer = transact(id, data);
     if (!answer) continue;
     PingAnswer out{id, 0, 0, answer->error, 1};
-    if (!answer->data.empty()) {
+    if (!answer->data.empty() && !in_doubt) {
       out.number = static_cast<std::uint16_t>(answer->data[0] | (answer->data[1] << 8));
       out.firmware = answer->data[2];
       return out;
     }
     // A servo that is there is asked again: an answer that a busy machine loses would make its model unknown.
     constexpr int kModelTries = 3;
-    const ServoModel* const any = find_servo_model("STS3215");
-    const auto number = read(id, *any->find("Model_Number"), kModelTries);
+    const auto number = read(id, model_number(protocol_), kModelTries);
     out.number = static_cast<std::uint16_t>(number.value_or(0));
     return out;
   }
@@ -265,8 +272,11 @@ bool ServoBus::write(int id, const ServoRegister& which, std::int64_t value, int
 }
 
 bool ServoBus::reboot(int id) {
+  if (protocol_ != ServoProtocol::dynamixel) return false;
+  // It is sent in any case, as a write is.
+  const bool in_step = catch_up(id, model_number(protocol_));
   request_.clear();
-  return codec_->add_reboot(id, request_) && transact(id, 0).has_value();
+  return codec_->add_reboot(id, request_) && transact(id, 0) && in_step;
 }
 
 // -- the cycle

@@ -27,7 +27,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::uint8_t kRead = 2, kWrite = 3, kSyncRead = 0x82;
+constexpr std::uint8_t kPing = 1, kRead = 2, kWrite = 3, kReboot = 8, kSyncRead = 0x82;
 constexpr int kLate = 40, kStall = 200;  // ms; the bus waits for 5 ms
 constexpr std::uint8_t kSwallowed = 99;  // a write of this value has no answer
 
@@ -117,6 +117,7 @@ class Partner {
   [[nodiscard]] std::string address() const { return end_->address(); }
   [[nodiscard]] const ServoModel& model() const { return model_; }
   std::atomic<int> delay{0};
+  std::atomic<bool> reboots{false};  // false: a reboot has no answer
 
  private:
   void serve() {
@@ -146,16 +147,28 @@ class Partner {
     std::this_thread::sleep_for(std::chrono::milliseconds(delay.exchange(0)));
     const std::size_t head = protocol_ == ServoProtocol::feetech ? 2 : 4;
     if (request.instruction == kWrite && request.parameters.back() != kSwallowed) send(request.id, {});
+    if (request.instruction == kReboot && reboots) send(request.id, {});
+    if (request.instruction == kPing) send(request.id, answer_to_ping());
     if (request.instruction == kRead) send(request.id, registers(number(request, 0), number(request, 1)));
     if (request.instruction != kSyncRead) return;
     for (std::size_t i = head; i < request.parameters.size(); ++i)
       send(request.parameters[i], registers(number(request, 0), number(request, 1)));
   }
 
+  [[nodiscard]] std::vector<std::uint8_t> answer_to_ping() const {
+    if (protocol_ == ServoProtocol::feetech) return {};
+    return {static_cast<std::uint8_t>(model_.number & 0xFF), static_cast<std::uint8_t>(model_.number >> 8),
+            1};
+  }
+
   [[nodiscard]] std::vector<std::uint8_t> registers(std::size_t address, std::size_t size) const {
     std::vector<std::uint8_t> table(256);
-    const ServoRegister& position = *model_.find(ServoRole::present_position);
-    encode_register(position, requests_, std::span(table).subspan(position.address, position.size));
+    const auto set = [&](const ServoRegister& which, std::int64_t value) {
+      encode_register(which, value, std::span(table).subspan(which.address, which.size));
+    };
+    set(*model_.find(ServoRole::present_position), requests_);
+    set(*model_.find("Model_Number"), model_.number);
+    set(*model_.find(ServoRole::present_voltage), 120);
     return {table.begin() + static_cast<std::ptrdiff_t>(address),
             table.begin() + static_cast<std::ptrdiff_t>(address + size)};
   }
@@ -242,6 +255,34 @@ TEST_P(LateAnswers, NoWriteIsConfirmedByEarlierAnswer) {
     while (std::chrono::steady_clock::now() < end)
       EXPECT_FALSE(bus_.write(1, torque_, kSwallowed, 1)) << "a write that no servo has confirmed";
   }
+}
+
+TEST_P(LateAnswers, NoRebootIsConfirmedByEarlierAnswer) {
+  ASSERT_TRUE(within_seconds([&] { return bus_.write(1, torque_, 1, 1); })) << "expected the bus to recover";
+  partner_.delay = kLate;
+  static_cast<void>(bus_.write(1, torque_, 1, 1));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(150);
+  while (std::chrono::steady_clock::now() < end)
+    EXPECT_FALSE(bus_.reboot(1)) << "a reboot that no servo has confirmed";
+  partner_.reboots = true;
+  const bool has_reboot = std::get<0>(GetParam()) == ServoProtocol::dynamixel;
+  EXPECT_EQ(has_reboot && within_seconds([&] { return bus_.reboot(1); }), has_reboot);
+}
+
+// The voltage and the temperature of Dynamixel's servos have as many bytes as the answer to a ping.
+TEST_P(LateAnswers, PingHasNumberOfItsServo) {
+  const std::vector<BusServo> servos{{1, &partner_.model()}};
+  std::vector<ServoReading> readings(1);
+  bus_.begin_cycle(servos, false);
+  ASSERT_TRUE(within_seconds([&] { return bus_.ping(1, 1).has_value(); })) << "expected the bus to recover";
+  partner_.delay = kLate;
+  static_cast<void>(bus_.read_health(readings));
+  EXPECT_TRUE(within_seconds([&] {
+    const auto answer = bus_.ping(1, 1);
+    if (!answer || answer->number == 0) return false;
+    EXPECT_EQ(answer->number, partner_.model().number);
+    return true;
+  }));
 }
 
 TEST_P(LateAnswers, CycleHasPositionsOfItsOwnRequest) {
