@@ -8,6 +8,8 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <thread>
+#include <vector>
 
 #include "doppel/control/controllers/builtin.h"
 #include "doppel/control/manager/test/manager_rig.h"
@@ -29,6 +31,12 @@ left: {ros__parameters: {joints: [a]}}
 other: {ros__parameters: {joints: [a]}}
 )";
 
+// The writes and the stop of a device, which outlive it.
+struct DeviceRecord {
+  std::vector<double> written;
+  bool stopped = false;
+};
+
 // A device whose writes can be waited for. Its thread and the test's use it.
 class RecordingHardware : public FakeHardware {
  public:
@@ -46,8 +54,9 @@ class RecordingHardware : public FakeHardware {
     std::unique_lock lock(mutex_);
     silent_ = true;
     wrote_.wait(lock, [this] { return reading_; });
-    written_.clear();
+    record_->written.clear();
   }
+  [[nodiscard]] std::shared_ptr<const DeviceRecord> record() const { return record_; }
   // True: it was silent until now.
   bool speak() {
     const std::lock_guard lock(mutex_);
@@ -58,18 +67,18 @@ class RecordingHardware : public FakeHardware {
   void on_stop() override {
     const std::lock_guard lock(mutex_);
     FakeHardware::on_stop();
-    stopped_ = true;
+    record_->stopped = true;
     wrote_.notify_all();
   }
   // The commands that were written until the stop.
   std::vector<double> wait_for_stop() {
     std::unique_lock lock(mutex_);
-    wrote_.wait(lock, [this] { return stopped_; });
-    return written_;
+    wrote_.wait(lock, [this] { return record_->stopped; });
+    return record_->written;
   }
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override {
     const std::lock_guard lock(mutex_);
-    written_.push_back(commands[0]);
+    record_->written.push_back(commands[0]);
     wrote_.notify_all();
     return FakeHardware::write(now, period, commands);
   }
@@ -82,7 +91,7 @@ class RecordingHardware : public FakeHardware {
   void move_by_hand(const std::string& joint, double position) {
     const std::lock_guard lock(mutex_);
     set_position(joint, position);
-    written_.clear();
+    record_->written.clear();
   }
   std::vector<double> writes_since_move(std::size_t count) {
     std::unique_lock lock(mutex_);
@@ -90,7 +99,7 @@ class RecordingHardware : public FakeHardware {
   }
   void wait_for_write_of(double command) {
     std::unique_lock lock(mutex_);
-    wrote_.wait(lock, [&] { return !written_.empty() && written_.back() == command; });
+    wrote_.wait(lock, [&] { return !record_->written.empty() && record_->written.back() == command; });
   }
   Status release_joint(const JointRelease& release) override {
     const std::lock_guard lock(mutex_);
@@ -105,14 +114,14 @@ class RecordingHardware : public FakeHardware {
 
  private:
   std::vector<double> collect(std::unique_lock<std::mutex>& lock, std::size_t count, bool afresh = true) {
-    if (afresh) written_.clear();
-    wrote_.wait(lock, [&] { return written_.size() >= count; });
-    return written_;
+    if (afresh) record_->written.clear();
+    wrote_.wait(lock, [&] { return record_->written.size() >= count; });
+    return record_->written;
   }
   std::mutex mutex_;
   std::condition_variable wrote_;
-  std::vector<double> written_;
-  bool silent_ = false, reading_ = false, stopped_ = false;
+  const std::shared_ptr<DeviceRecord> record_ = std::make_shared<DeviceRecord>();
+  bool silent_ = false, reading_ = false;
 };
 
 // Joint a on a device that is read and written at 1000 Hz; the manager ticks only when the test says so.
@@ -198,10 +207,18 @@ TEST(AsyncHardware, StopDoesNotWaitForSlowBus) {
 TEST(AsyncHardware, EndDuringSlowCycleStopsDevice) {
   AsyncRig rig;
   rig.command(1.0);
+  const std::shared_ptr<const DeviceRecord> record = rig.device->record();
   rig.device->fall_silent();
   rig.manager->stop("the test");
-  EXPECT_TRUE(rig.device->speak());
+  EXPECT_FALSE(record->stopped) << "expected the device to be within its cycle";
+  std::thread later([&rig] {  // the end waits for the cycle
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    EXPECT_TRUE(rig.device->speak());
+  });
   rig.manager.reset();
+  later.join();
+  EXPECT_TRUE(record->stopped);
+  EXPECT_THAT(record->written, testing::IsEmpty()) << "expected no command after the stop";
 }
 
 TEST(AsyncHardware, ActivationWritesNoCommandFromBefore) {
