@@ -171,6 +171,10 @@ class OmarmTest(unittest.TestCase):
         position = self.model.ik(X[:3, 3], "tool_link_1")
         np.testing.assert_allclose(self.model.fk(position, "tool_link_1")[:3, 3], X[:3, 3], atol=5e-6)
 
+    def test_PartOfNameIsRefusedWithWholeName(self):
+        with self.assertRaisesRegex(doppel.InputError, "did you mean 'tool_link_1'"):
+            self.model.fk(self.model.neutral(), "tool")
+
     def test_UnreachablePoseIsRefusedWithNearestConfiguration(self):
         with self.assertRaises(doppel.IkError) as raised:
             self.model.ik([2.0, 0, 0], "tool_link_1")

@@ -107,10 +107,48 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
   return best == nullptr || by_chance ? std::nullopt : std::optional(*best);
 }
 
+namespace {
+
+std::string in_lower_case(std::string_view text) {
+  std::string out(text);
+  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
+  return out;
+}
+
+// The names that contain this one, as "tool_link_1" contains "tool"; those that begin with it are the first.
+std::vector<std::string> names_with(std::string_view part, std::span<const std::string> candidates) {
+  constexpr std::size_t kMinLetters = 2;
+  std::vector<std::string> out;
+  if (part.size() < kMinLetters) return out;
+  const std::string lower = in_lower_case(part);
+  for (const std::string& candidate : candidates) {
+    if (in_lower_case(candidate).find(lower) != std::string::npos) out.push_back(candidate);
+  }
+  std::ranges::stable_partition(out, [&](const std::string& one) { return begins_with(one, part); });
+  return out;
+}
+
+std::string some_of(std::span<const std::string> names) {
+  constexpr std::size_t kMaxShown = 5;
+  const std::size_t shown = names.size() <= kMaxShown ? names.size() : kMaxShown - 1;
+  std::string out;
+  for (std::size_t i = 0; i < shown; ++i) {
+    const bool last = i + 1 == names.size();
+    out += fmt::format("{}'{}'", i == 0 ? "" : last ? " or " : ", ", names[i]);
+  }
+  if (names.size() > shown) out += fmt::format(" or one of {} others", names.size() - shown);
+  return out;
+}
+
+}  // namespace
+
 std::string did_you_mean(std::string_view name, std::span<const std::string> candidates) {
+  constexpr std::size_t kMaxListed = 8;
   if (const auto near = nearest_name(name, candidates)) return fmt::format("; did you mean '{}'?", *near);
-  if (candidates.empty() || candidates.size() > 8) return "";
-  return fmt::format("; there are: {}", fmt::join(candidates, ", "));
+  if (candidates.empty()) return "";
+  if (candidates.size() <= kMaxListed) return fmt::format("; there are: {}", fmt::join(candidates, ", "));
+  const std::vector<std::string> longer = names_with(name, candidates);
+  return longer.empty() ? "" : fmt::format("; did you mean {}?", some_of(longer));
 }
 
 }  // namespace doppel

@@ -20,7 +20,8 @@ DOPPEL_API std::size_t edit_distance(std::string_view a, std::string_view b);
 DOPPEL_API std::optional<std::string> nearest_name(std::string_view name,
                                                    std::span<const std::string> candidates);
 
-// "; did you mean 'x'?" or, with no near name and at most eight candidates, "; there are: a, b, c"; else "".
+// "; did you mean 'x'?" With no near name and at most eight candidates "; there are: a, b, c"; of more
+// candidates those that contain the name: "; did you mean 'x_1', 'x_2' or one of 9 others?" Else "".
 DOPPEL_API std::string did_you_mean(std::string_view name, std::span<const std::string> candidates);
 
 }  // namespace doppel

@@ -69,6 +69,29 @@ TEST(Names, NearestNameMatchesTypoOnly) {
   EXPECT_EQ(did_you_mean("camera", names), "; there are: Revolute 1, Revolute 2, length");
 }
 
+TEST(Names, PartOfNameGetsNamesThatContainIt) {
+  const auto meant = [](const char* name, const std::vector<std::string>& more) {
+    std::vector<std::string> names{"base", "shoulder", "upper_arm", "forearm", "wrist",
+                                   "palm", "thumb",    "finger",    "camera"};
+    names.insert(names.end(), more.begin(), more.end());
+    return did_you_mean(name, names);
+  };
+  EXPECT_EQ(meant("tool", {"tool_link_1"}), "; did you mean 'tool_link_1'?");
+  EXPECT_EQ(meant("Tool", {"left_tool_1", "tool_link_1"}), "; did you mean 'tool_link_1' or 'left_tool_1'?")
+      << "expected the name that begins with it first";
+  std::vector<std::string> many;
+  for (int i = 1; i <= 5; ++i) many.push_back("tool_link_" + std::to_string(i));
+  EXPECT_EQ(meant("tool", many),
+            "; did you mean 'tool_link_1', 'tool_link_2', 'tool_link_3', 'tool_link_4' "
+            "or 'tool_link_5'?");
+  for (int i = 6; i <= 200; ++i) many.push_back("tool_link_" + std::to_string(i));
+  EXPECT_EQ(meant("tool", many),
+            "; did you mean 'tool_link_1', 'tool_link_2', 'tool_link_3', 'tool_link_4' "
+            "or one of 196 others?");
+  EXPECT_EQ(meant("t", many), "") << "expected no suggestion: a letter is in too many names";
+  EXPECT_EQ(meant("lidar", many), "");
+}
+
 TEST(Names, SiblingNameIsLastSuggestion) {
   const auto nearest = [](const char* name, const std::vector<std::string>& names) {
     return nearest_name(name, names).value_or("");
