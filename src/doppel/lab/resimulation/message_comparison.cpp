@@ -2,28 +2,22 @@
 
 #include <algorithm>
 
-#include "doppel/twin/journal/input_journal.h"
+#include "doppel/lab/resimulation/detail/own_names.h"
 
 namespace doppel {
 namespace {
 
 constexpr std::size_t kRing = std::size_t{64} << 20;
 
-// Topics that depend on the wall clock, or on other threads.
-const std::vector<std::string> kNotCompared = {
-    "/rosout",         "/diagnostics",     "/doppel/status",     "/doppel/health",
-    "/doppel/sources", "/doppel/sensors",  "/doppel/validation", "/doppel/validation/results",
-    kInputsTopic,      "/parameter_events"};
-
 // Their samples depend on the time that they take, unless the loop waits for them.
 const std::vector<std::string> kOfLight = {"sensor_msgs/msg/Image",      "sensor_msgs/msg/CompressedImage",
                                            "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/PointCloud2",
                                            "sensor_msgs/msg/LaserScan",  "sensor_msgs/msg/Range"};
 
-TopicSelection compared_topics(bool lockstep) {
+TopicSelection compared_topics(NameRules& rules, bool lockstep) {
   TopicSelection out;
   out.all_topics = true;
-  out.exclude_topics = kNotCompared;
+  out.exclude_topics = topics_of_wall_clock(rules);
   out.exclude_regex = "robot_description";  // it has paths of files, which are elsewhere now
   if (!lockstep) out.exclude_types = kOfLight;
   return out;
@@ -34,7 +28,7 @@ TopicSelection compared_topics(bool lockstep) {
 MessageComparison::MessageComparison(Bus& bus, BagReader& recorded, bool lockstep, std::uint64_t first_step)
     : bus_(bus),
       recorded_(recorded),
-      compared_(compared_topics(lockstep)),
+      compared_(compared_topics(bus.names(), lockstep)),
       first_step_(first_step),
       edge_(bus.attach("comparison", {.ring_bytes = kRing})) {
   recorded_.seek(0, UINT64_MAX, compared_);

@@ -13,11 +13,10 @@
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/lab/recording/run_journal.h"
 #include "doppel/lab/resimulation/detail/message_comparison.h"
+#include "doppel/lab/resimulation/detail/own_names.h"
 #include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/bus/rosout.h"
-#include "doppel/ros/record/recorder_services.h"
 #include "doppel/twin/journal/input_journal.h"
-#include "doppel/twin/loop/state_publisher.h"
 
 namespace doppel {
 namespace {
@@ -29,15 +28,6 @@ constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another th
 
 [[noreturn]] void refuse(const std::string& why, const std::string& fix) {
   throw InputError("bag.no_run", {}, "the recording cannot be run again: " + why, fix);
-}
-
-// Services of what is around a twin: recorders, validations, measurements, files. They do not act on the
-// run (the overlay that a calibration writes is an edit), and the repeated run does not offer them.
-bool acts_on_run(const std::string& service) {
-  constexpr std::string_view kAround[] = {"/doppel/snapshot", "/doppel/validate", "/doppel/calibrate/",
-                                          "/rviz/get_resource"};
-  return !service.starts_with(std::string(kRecorderNode) + "/") && !service.ends_with(kResourceService) &&
-         std::ranges::none_of(kAround, [&](std::string_view name) { return service.starts_with(name); });
 }
 
 constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
@@ -89,7 +79,11 @@ std::vector<std::byte> bytes_of(const Input& input) {
 class Replay {
  public:
   Replay(Twin& twin, const RecordedRun& run, Resimulation& out)
-      : twin_(twin), run_(run), out_(out), edge_(twin.bus().attach("resimulation")) {
+      : twin_(twin),
+        run_(run),
+        out_(out),
+        edge_(twin.bus().attach("resimulation")),
+        around_(twin.bus().names()) {
     twin.bus().hold_outcomes();
   }
 
@@ -147,7 +141,7 @@ class Replay {
   }
 
   void repeat_call(const Input& input) {
-    if (!acts_on_run(input.target)) return;
+    if (around_.has(input.target)) return;
     edge_->call(input.target, bytes_of(input), [this, &input](const Status& status, const Bytes&) {
       // Refusals were refused in the recorded run, too; a service that does not exist was there.
       if (!status && status.why().starts_with("there is no service")) fail(input, status.why());
@@ -193,6 +187,7 @@ class Replay {
   const RecordedRun& run_;
   Resimulation& out_;
   std::unique_ptr<Edge> edge_;
+  const ServicesAround around_;
   std::size_t next_ = 0, hash_ = 0;
 };
 

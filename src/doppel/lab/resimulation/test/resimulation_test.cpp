@@ -19,8 +19,10 @@
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
 #include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/rosbag2_interfaces.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
 #include "doppel/ros/record/bag_copy.h"
 
 namespace doppel {
@@ -316,6 +318,11 @@ TEST_F(ResimulationTest, CallsThatOnlyReadLeaveRunsEqual) {
     if (step == 400)
       call("/doppel/describe_parameters", to_cdr(DescribeParameters::Request{.names = {"use_sim_time"}}));
     if (step == 500) call("/doppel/get_parameter_types", to_cdr(GetParameterTypes::Request{}));
+    if (step == 600) {
+      type_description_interfaces::srv::GetTypeDescription::Request request;
+      request.type_name = "rcl_interfaces/msg/Log";
+      call("/doppel/get_type_description", to_cdr(request));
+    }
     if (step == 700) call("/robot_state_publisher/list_parameters", to_cdr(ListParameters::Request{}));
     for (const char* const name : {"/doppel/calibrate/undo", "/rviz/get_resource", "/resource_provider"}) {
       if (step == 800) call(name, to_cdr(std_srvs::srv::Trigger::Request{}));
@@ -325,7 +332,43 @@ TEST_F(ResimulationTest, CallsThatOnlyReadLeaveRunsEqual) {
     rosout.reset();
   });
   expect_equal();
-  EXPECT_GE(inputs_, 8U);
+  EXPECT_GE(inputs_, 9U);
+}
+
+// The names that `up` proposes where another twin has its names.
+TEST_F(ResimulationTest, CallsInNamespaceThatOnlyReadLeaveRunsEqual) {
+  Scenario scenario = scenario_of("lab_arm");
+  scenario.ros.names.add("__ns:=/second");
+  scenario.ros.names.add("/doppel/validate/checks:=/checks");
+  std::optional<Rosout> rosout;
+  std::vector<std::unique_ptr<Node>> around;
+  const auto serve = [&](Twin& twin, const char* name) {
+    around.push_back(std::make_unique<Node>(twin.bus(), "/doppel"));
+    around.back()->serve<std_srvs::srv::Trigger>(name, [](const auto&, const auto& respond) { respond({}); });
+  };
+  record(scenario, 1500, [&](Twin& twin, Edge& edge, std::uint64_t step) {
+    if (step == 0) {
+      rosout.emplace(twin.bus());
+      serve(twin, "~/snapshot");
+      serve(twin, "/doppel/validate/checks");
+    }
+    const auto call = [&edge](const char* service, const Bytes& request) {
+      edge.call(service, request,
+                [](const Status& status, const Bytes&) { EXPECT_TRUE(status) << status.why(); });
+    };
+    if (step == 200)
+      call("/second/doppel/list_parameters", to_cdr(rcl_interfaces::srv::ListParameters::Request{}));
+    for (const char* const name : {"/second/doppel/snapshot", "/checks"}) {
+      if (step == 300) call(name, to_cdr(std_srvs::srv::Trigger::Request{}));
+    }
+    if (step == 400)
+      call("/second/rosbag2_recorder/is_paused", to_cdr(rosbag2_interfaces::srv::IsPaused::Request{}));
+    if (step < 1499) return;
+    around.clear();
+    rosout.reset();
+  });
+  expect_equal();
+  EXPECT_GE(inputs_, 4U);
 }
 
 TEST_F(ResimulationTest, EditOfRecordingStaysInItsFolder) {
