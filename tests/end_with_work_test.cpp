@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <filesystem>
@@ -14,11 +15,16 @@
 #include <tuple>
 #include <vector>
 
+#include "doppel/devices/frames/feetech_frame.h"
+#include "doppel/devices/serial/file_link.h"
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
 #include "doppel/ros/messages/moveit_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/test/fake_network.h"
 #include "doppel/session/live/session.h"
+#include "doppel/twin/loop/collision_guard.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {
@@ -39,6 +45,33 @@ class EndlessSuite : public ValidationWork {
     while (watcher.progress(0.5, "G01")) std::this_thread::sleep_for(1ms);
     return "cancelled";
   }
+};
+
+// A program that asks the servos of a bus all the time, until its end.
+class BusHost {
+ public:
+  explicit BusHost(const std::string& port) : link_(open_link(port, 1'000'000)) {
+    thread_ = std::thread([this] { talk(); });
+  }
+  ~BusHost() {
+    ends_ = true;
+    thread_.join();
+  }
+  [[nodiscard]] std::uint64_t answered() const { return answered_; }
+
+ private:
+  void talk() {
+    FrameBytes question;
+    add_feetech_frame({1, 1, {}}, question);
+    std::array<std::uint8_t, 64> answer{};
+    while (!ends_ && link_->write(question.bytes()))
+      answered_ += link_->read(answer, link_->now() + 5ms) > 0 ? 1 : 0;
+  }
+
+  std::unique_ptr<ByteLink> link_;
+  std::atomic<bool> ends_{false};
+  std::atomic<std::uint64_t> answered_{0};
+  std::thread thread_;
 };
 
 class EndWithWork;
@@ -124,6 +157,52 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
     request.xml = "<robot name='guest'><link name='base'/></robot>";
     ask<gazebo_msgs::srv::SpawnEntity>("/spawn_entity", request);
   }
+  void measure_joint() {
+    bring_up_devices(HardwareUse::emulated);
+    open_session();
+    doppel_msgs::srv::MeasureJoint::Request request;
+    request.robot = "b";
+    request.joint = "elbow_flex";
+    ask<doppel_msgs::srv::MeasureJoint>("/doppel/calibrate/measure", request);
+  }
+  void ask_servos() {
+    log_.add_sink([this](const LogLine& line) {
+      const std::size_t begin = line.text.find("/dev/pts/");
+      if (begin != std::string::npos) port_ = line.text.substr(begin);
+    });
+    bring_up_devices(HardwareUse::ports);
+    ASSERT_NE(port_, "") << "expected the bus of b behind a port";
+    host_.emplace(port_);
+    EXPECT_TRUE(run_until([this] { return host_->answered() > 0; })) << "expected a servo to answer";
+  }
+  // A path that stays where the robot is: its rehearsal takes minutes where nothing ends it.
+  void rehearse_path() {
+    const Instance robot = twin_->find_robot("b")->instance();
+    present_q_.assign(robot.q().begin(), robot.q().end());
+    CollisionGuard guard(robot, {}, log_);
+    guard.use_rehearsals([this] { return std::span<const double>(present_q_); }, true);
+    const std::vector<std::string> joints{"wrist_roll"};
+    const auto stay = [](Duration, std::span<double> positions) {
+      positions[0] = 0;
+      return true;
+    };
+    rehearsal_ = guard.rehearse({joints, from_seconds(36'000), stay}, 10ms);
+    ASSERT_NE(rehearsal_, nullptr);
+  }
+  void call_over_network() {
+    bridge_.emplace(twin_->bus(), ros2::BridgeOptions{}, log_,
+                    [this](const auto&, auto on_activity) { return network_.join(std::move(on_activity)); });
+    peer_ = network_.join([] {});
+    client_.emplace(*peer_, ros2::ServiceSpec{.name = "/b/doppel/reach",
+                                              .type = "doppel_msgs/srv/GetReach",
+                                              .request_hash = "",
+                                              .response_hash = ""});
+    ASSERT_TRUE(run_until([this] { return client_->is_available(); })) << "expected the twin on the network";
+    doppel_msgs::srv::GetReach::Request request;
+    request.directions = 40;
+    client_->send(to_cdr(request));
+    EXPECT_TRUE(run_until([this] { return bridge_->status().requests == 1; }));
+  }
   void all() {
     options_.validation = [] { return std::make_shared<EndlessSuite>(); };
     show_cameras();
@@ -140,6 +219,7 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   void end_twin() {
     if (session_) session_->end();
     session_.reset();
+    bridge_.reset();
     edge_.reset();
     twin_.reset();
   }
@@ -152,6 +232,10 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
                 testing::HasSubstr("success: true"));
   }
   void restore() {
+    if (saved_ == nullptr) {
+      EXPECT_THROW(static_cast<void>(twin_->save()), InputError) << "devices are no part of a state";
+      return;
+    }
     const Status restored = twin_->restore(*saved_);
     EXPECT_TRUE(restored) << restored.why();
   }
@@ -170,6 +254,11 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   }
   void TearDown() override {
     end_twin();
+    host_.reset();
+    if (rehearsal_) {
+      EXPECT_FALSE(rehearsal_->outcome()) << "expected the rehearsal to be under way";
+    }
+    rehearsal_.reset();
     std::filesystem::remove_all(folder_);
   }
 
@@ -182,6 +271,15 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
       robot.X_WR = Pose(Eigen::Translation3d(0, name[0] == 'a' ? -0.5 : 0.5, 0));
     }
     return out;
+  }
+  // The same arms as devices with emulated servos.
+  void bring_up_devices(HardwareUse use) {
+    Scenario scenario = twin_scenario();
+    scenario.hardware = use;
+    for (WorldRobot& robot : scenario.robots) robot.arguments = {{"use_sim", "false"}};
+    bring_up(scenario);
+    run(0.02);
+    saved_ = nullptr;  // devices are no part of a saved state
   }
   void open_session() {
     session_.emplace(*twin_, options_, log_);
@@ -207,14 +305,15 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   [[nodiscard]] bool all_answered() const {
     return std::ranges::all_of(answers_, [](const auto& one) { return one->load(); });
   }
-  // A map of the reach takes seconds where nothing has ended it.
-  void run_until_answered() {
+  // Steps the twin. A map of the reach takes seconds where nothing has ended it.
+  template <class Condition>
+  bool run_until(const Condition& condition) {
     const auto end = std::chrono::steady_clock::now() + 120s;
-    while (!all_answered() && std::chrono::steady_clock::now() < end) {
+    while (!condition() && std::chrono::steady_clock::now() < end) {
       run(0.002);
       std::this_thread::sleep_for(1ms);
     }
-    EXPECT_TRUE(all_answered()) << "a request was forgotten";
+    return condition();
   }
 
   std::filesystem::path folder_;
@@ -222,6 +321,14 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   std::optional<TwinSession> session_;
   std::shared_ptr<const SavedState> saved_;
   std::vector<std::shared_ptr<std::atomic<bool>>> answers_;
+  std::string port_;
+  std::optional<BusHost> host_;
+  std::vector<double> present_q_;
+  std::unique_ptr<Rehearsal> rehearsal_;
+  ros2::test::FakeNetwork network_;
+  std::optional<ros2::Bridge> bridge_;
+  std::unique_ptr<ros2::Participant> peer_;
+  std::optional<ros2::ServiceClient> client_;
 };
 
 TEST_P(EndWithWork, NothingIsUsedThatIsGone) {
@@ -231,7 +338,7 @@ TEST_P(EndWithWork, NothingIsUsedThatIsGone) {
   wait_for_threads(20ms);
   (this->*ending.act)();
   if (twin_ == nullptr) return;
-  run_until_answered();
+  EXPECT_TRUE(run_until([this] { return all_answered(); })) << "a request was forgotten";
   run(0.05);
 }
 
@@ -245,6 +352,10 @@ const Work kWorks[] = {{"map_of_reach", &EndWithWork::map_reach},
                        {"cameras", &EndWithWork::show_cameras},
                        {"reload_on_save", &EndWithWork::reload_on_save},
                        {"spawn", &EndWithWork::spawn},
+                       {"calibration", &EndWithWork::measure_joint},
+                       {"emulated_bus", &EndWithWork::ask_servos},
+                       {"rehearsal", &EndWithWork::rehearse_path},
+                       {"call_over_network", &EndWithWork::call_over_network},
                        {"everything", &EndWithWork::all}};
 const Ending kEndings[] = {{"end", &EndWithWork::end_twin},
                            {"reload", &EndWithWork::reload},
