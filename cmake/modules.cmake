@@ -202,6 +202,8 @@ endfunction()
 
 # Processes that run a program's tests (default 1): each takes less than a minute.
 set(doppel_shards_of network_test=2 physics_test=3 sensors_test=2 devices_test=2 twin_test=4 review_test=2 validation_test=4 system_test=8)
+# Tests of two sides in real time, which run beside no other: a late answer would be a fault that they find.
+set(doppel_alone_of "system_test=MirrorTest.*")
 # Floors below the twin, without a network: ./test --quick.
 set(doppel_quick_programs base_test ros_test description_test physics_test sensors_test control_test devices_test scenario_test firmware_test)
 
@@ -211,8 +213,14 @@ function(doppel_add_shards program)
     set(shards ${CMAKE_MATCH_1})
   endif()
   math(EXPR last "${shards} - 1")
+  set(filter)
+  if("${doppel_alone_of}" MATCHES "${program}=([^;]+)")
+    add_test(NAME ${program}.alone COMMAND ${program} --gtest_brief=1 --gtest_filter=${CMAKE_MATCH_1})
+    set_tests_properties(${program}.alone PROPERTIES TIMEOUT 900 COST 60 PROCESSORS 2)
+    set(filter --gtest_filter=-${CMAKE_MATCH_1})
+  endif()
   foreach(shard RANGE ${last})
-    add_test(NAME ${program}.${shard} COMMAND ${program} --gtest_brief=1)
+    add_test(NAME ${program}.${shard} COMMAND ${program} --gtest_brief=1 ${filter})
     set_tests_properties(${program}.${shard} PROPERTIES TIMEOUT 900 COST 60
       ENVIRONMENT "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard}")
     if(program IN_LIST doppel_quick_programs)
