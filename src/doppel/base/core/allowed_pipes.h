@@ -13,6 +13,6 @@ namespace doppel {
 
 // Called before there are threads.
 DOPPEL_API void allow_pipes(std::span<const std::string> arguments);
-[[nodiscard]] bool is_allowed_pipe(const std::filesystem::path& file);
+[[nodiscard]] DOPPEL_API bool is_allowed_pipe(const std::filesystem::path& file);
 
 }  // namespace doppel
