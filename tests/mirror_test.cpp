@@ -248,10 +248,8 @@ TEST_F(MirrorTest, FollowPutsTwinWhereArmIsAndChangesNoGoal) {
   EXPECT_TRUE(live_until([&] { return std::abs(measured() - before_slip) > 0.02; }));
   live(1.0);
   EXPECT_NEAR(twin(), measured(), 0.01);
-  for (const Devices& one : received<Devices>("/doppel/hardware")) {
-    if (blocked_) break;  // the stop holds the arm where it is
-    ASSERT_NEAR(one.devices[0].joints[0].goal, goal, 0.002) << "expected nothing from the twin";
-  }
+  for (const Devices& one : received<Devices>("/doppel/hardware"))
+    EXPECT_NEAR(one.devices[0].joints[0].goal, goal, 0.002) << "the twin sends nothing";
   live(0.2);
   const Mirror now = mirror();
   EXPECT_EQ(now.mode, "follow");

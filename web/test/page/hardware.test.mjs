@@ -200,7 +200,7 @@ check(believed, 'hardware', 'a pose that nobody knows is entered, shown in the p
   assert.match(await textOf(page, 'dialog.confirm'), /Does the arm stand as the picture shows it/);
   await agree(page);
   await waitFor(page, () => ['holding', 'active'].includes(doppel.devices.all[0].state)); // the start has waited for it
-  await page.locator('.devices tbody tr').nth(1).locator('td', { hasText: /^\(30\.\d °\)$/ }).waitFor();
+  await page.locator('.devices tbody tr').nth(1).locator('td').nth(1).filter({ hasText: /^\(30\.\d °\)$/ }).waitFor();
   assert.match(await textOf(page, '.device-facts'), /believed, not measured/);
   await page.evaluate(() => doppel.layout.open('calibrate'));
   assert.match(await textOf(page, '.calibrate'), /report no position/);

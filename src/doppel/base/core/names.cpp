@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 
+#include "doppel/base/core/text.h"
+
 namespace doppel {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -109,20 +111,14 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
 
 namespace {
 
-std::string in_lower_case(std::string_view text) {
-  std::string out(text);
-  std::ranges::transform(out, out.begin(), [](unsigned char c) { return std::tolower(c); });
-  return out;
-}
-
 // The names that contain this one, as "tool_link_1" contains "tool"; those that begin with it are the first.
 std::vector<std::string> names_with(std::string_view part, std::span<const std::string> candidates) {
   constexpr std::size_t kMinLetters = 2;
   std::vector<std::string> out;
   if (part.size() < kMinLetters) return out;
-  const std::string lower = in_lower_case(part);
+  const std::string lower = lowered(part);
   for (const std::string& candidate : candidates) {
-    if (in_lower_case(candidate).find(lower) != std::string::npos) out.push_back(candidate);
+    if (lowered(candidate).find(lower) != std::string::npos) out.push_back(candidate);
   }
   std::ranges::stable_partition(out, [&](const std::string& one) { return begins_with(one, part); });
   return out;

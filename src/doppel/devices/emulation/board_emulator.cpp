@@ -76,8 +76,8 @@ void BoardEmulator::send(std::span<const char> bytes) {
   line_free_ = when;
 }
 
-// What is on its way at the former rate cannot be read at the new one. The firmware has had the bytes that
-// were given to it, and its clock does not go back.
+// Bytes that are on their way at the former rate cannot be read at the new one. The firmware has had the
+// bytes that were given to it, and its clock does not go back.
 void BoardEmulator::start_line(Time when) {
   if (now_ > when) set_back_ += now_ - when;
   now_ = std::min(now_, when);
