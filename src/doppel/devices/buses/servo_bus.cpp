@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int kBroadcast = 0xFE, kLastId = 252;
-constexpr Duration kDefaultPatience{8'000'000};
+// A host that is busy with other programs is late by some tens of milliseconds.
+constexpr Duration kDefaultPatience{50'000'000};
 
 struct Span {
   std::size_t begin = 0, size = 0;

@@ -75,7 +75,8 @@ class DOPPEL_API ServoBus {
   [[nodiscard]] ServoProtocol protocol() const { return protocol_; }
   [[nodiscard]] const BusCounts& counts() const { return counts_; }
   void set_rate(int rate) { rate_ = rate; }
-  // How long a servo and the adapter may take before the first byte of an answer.
+  // How long a servo, the adapter and a busy host may take before the first byte of an answer: 50 ms, and less
+  // where a cycle cannot wait.
   void set_patience(Duration patience) { patience_ = patience; }
   // Finds out whether the adapter sends the host's own bytes back, which are then skipped.
   void notice_echo();

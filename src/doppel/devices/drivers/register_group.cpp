@@ -11,22 +11,23 @@
 namespace doppel {
 namespace {
 
-constexpr double kGoalTolerance = 0.02;      // rad, between a servo's goal and where it is
-constexpr double kWatchdogUnit = 0.02;       // s, of Dynamixel's bus watchdog
-constexpr int kHealthEvery = 10;             // cycles
-constexpr double kVoltageSlack = 0.5;        // V
-constexpr Duration kBusPatience{5'000'000};  // USB adapters take up to some milliseconds
-constexpr int kStartTries = 20;              // a host on a busy machine is late for one or two
+constexpr double kGoalTolerance = 0.02;  // rad, between a servo's goal and where it is
+constexpr double kWatchdogUnit = 0.02;   // s, of Dynamixel's bus watchdog
+constexpr int kHealthEvery = 10;         // cycles
+constexpr double kVoltageSlack = 0.5;    // V
+constexpr Duration kStartPatience{
+    50'000'000};  // a host on a busy machine is late by some tens of milliseconds
+constexpr Duration kCyclePatience{5'000'000};  // USB adapters take up to some milliseconds
 
 class RegisterGroup final : public ServoGroup {
  public:
   RegisterGroup(const ServoSetup& setup, ByteLink& link)
       : setup_(setup), bus_(link, setup.protocol, setup.rate) {
-    bus_.set_patience(kBusPatience);
     for (const JointServo& one : setup_.joints) servos_.push_back({one.id, one.model});
   }
 
   Status connect() override {
+    const PatientStart patience(bus_);
     bus_.notice_echo();
     std::vector<std::string> problems;
     for (const JointServo& one : setup_.joints) identify(one, problems);
@@ -36,12 +37,15 @@ class RegisterGroup final : public ServoGroup {
   }
 
   Status start(double torque) override {
+    const PatientStart patience(bus_);
     for (const JointServo& one : setup_.joints) {
       if (!one.enabled) continue;
       if (Status ready = place_goal(one, torque); !ready) return ready;
     }
     for (const JointServo& one : setup_.joints) {
       if (one.enabled && !write(one, ServoRole::torque_enable, 1)) {
+        // No servo keeps its torque for long because another one is silent.
+        bus_.set_patience(kCyclePatience);
         static_cast<void>(relax());
         return Status::refused(silent(one, "does not confirm its torque"));
       }
@@ -110,6 +114,18 @@ class RegisterGroup final : public ServoGroup {
   [[nodiscard]] const BusCounts& counts() const override { return bus_.counts(); }
 
  private:
+  // Nothing depends on the time of a cycle until the servos hold their pose.
+  class PatientStart {
+   public:
+    explicit PatientStart(ServoBus& bus) : bus_(bus) { bus_.set_patience(kStartPatience); }
+    ~PatientStart() { bus_.set_patience(kCyclePatience); }
+    PatientStart(const PatientStart&) = delete;
+    PatientStart& operator=(const PatientStart&) = delete;
+
+   private:
+    ServoBus& bus_;
+  };
+
   static std::string name_of(const JointServo& one) {
     return fmt::format("'{}' (id {}, {})", one.joint, one.id, one.model->name);
   }
@@ -126,7 +142,7 @@ class RegisterGroup final : public ServoGroup {
   }
 
   void identify(const JointServo& one, std::vector<std::string>& problems) {
-    const std::optional<PingAnswer> answer = bus_.ping(one.id, kStartTries);
+    const std::optional<PingAnswer> answer = bus_.ping(one.id, 3);
     if (!answer)
       return problems.push_back(silent(one, fmt::format("does not answer at {} bit/s", setup_.rate)));
     if (answer->number != one.model->number) {

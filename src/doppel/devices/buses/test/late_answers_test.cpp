@@ -285,6 +285,16 @@ TEST_P(LateAnswers, PingHasNumberOfItsServo) {
   }));
 }
 
+// A verb that moves one joint slowly has no cycle to keep.
+TEST_P(LateAnswers, AnswerOfBusyMachineIsReadWhereNoCycleWaits) {
+  constexpr int kBusy = 25;  // ms
+  ServoBus bus(*link_, std::get<0>(GetParam()), 1000000);
+  EXPECT_TRUE(within_seconds([&] {
+    partner_.delay = kBusy;
+    return bus.read(1, position_, 1).has_value();
+  }));
+}
+
 TEST_P(LateAnswers, CycleHasPositionsOfItsOwnRequest) {
   const std::vector<BusServo> servos{{1, &partner_.model()}, {2, &partner_.model()}};
   std::vector<ServoReading> readings(2);

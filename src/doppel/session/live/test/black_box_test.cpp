@@ -31,6 +31,8 @@ using testing::IsEmpty;
 using testing::Pair;
 using testing::SizeIs;
 
+constexpr pid_t kNoProcess = 0x7fff0000;  // beyond the largest number of a process
+
 class BlackBoxTest : public testing::Test {
  protected:
   BlackBoxTest() {
@@ -84,10 +86,10 @@ class BlackBoxTest : public testing::Test {
     EXPECT_TRUE(*answer) << "no answer";
     return answer->value_or(std_srvs::srv::Trigger::Response{});
   }
+  static std::string name_of_killed(int number) { return "black_box-" + std::to_string(kNoProcess + number); }
   // Files as a process leaves them that was killed.
   fs::path leave_killed(int number) const {
-    constexpr pid_t kNoProcess = 0x7ffffff0;  // beyond the largest number of a process
-    const fs::path out = options_.scratch / ("black_box-" + std::to_string(kNoProcess + number));
+    const fs::path out = options_.scratch / name_of_killed(number);
     BagWriterOptions bag;
     bag.folder = out;
     BagWriter writer(bag);
@@ -360,8 +362,7 @@ TEST_F(BlackBoxTest, BagIsRunAgainFromStartAndHasParameters) {
 }
 
 TEST_F(BlackBoxTest, BagOfKilledProcessIsRunAgain) {
-  constexpr pid_t kNoProcess = 0x7ffffff0;
-  const fs::path dead = options_.scratch / ("black_box-" + std::to_string(kNoProcess));
+  const fs::path dead = options_.scratch / name_of_killed(0);
   {
     const BlackBox box(*twin_, options_, log_);
     drive(*twin_, 2);
@@ -411,8 +412,8 @@ TEST_F(BlackBoxTest, FilesOfKilledProcessStayWhereTheyCannotBeCopied) {
     }
     ASSERT_FALSE(kept.empty()) << testing::PrintToString(lines_);
   }
-  EXPECT_TRUE(fs::exists(kept / "black_box-2147483632_0.mcap"));
-  fs::rename(kept, options_.scratch / "black_box-2147483632");  // as if this process had ended, too
+  EXPECT_TRUE(fs::exists(kept / (name_of_killed(0) + "_0.mcap")));
+  fs::rename(kept, options_.scratch / name_of_killed(0));  // as if this process had ended, too
   fs::remove(options_.folder);
   const BlackBox box(*twin_, options_, log_);
   ASSERT_THAT(bags_after_steps(), SizeIs(1));
