@@ -209,10 +209,6 @@ std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time 
   return head;
 }
 
-bool is_json(std::string_view text) {
-  return json::accept(text);
-}
-
 Status read_client_text(std::string_view frame, ClientMessage& out) try {
   std::string op;
   const json object = wire::parse_object(frame, op);

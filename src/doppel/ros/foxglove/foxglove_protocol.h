@@ -223,9 +223,6 @@ using ClientMessage =
 DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
 DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);
 
-// True if a payload is well-formed JSON.
-DOPPEL_API bool is_json(std::string_view text);
-
 DOPPEL_API std::string to_frame(const Subscribe& subscribe);
 DOPPEL_API std::string to_frame(const Unsubscribe& unsubscribe);
 DOPPEL_API std::string to_frame(const Advertise& advertise);

@@ -70,6 +70,8 @@ class DOPPEL_API TypeSupport {
   // leave the stamp zero. ROS 1's secs and nsecs are accepted for times. Refuses unknown keys with the
   // nearest field and the place, "line:column: ...".
   Status yaml_to_cdr(std::string_view yaml, Bytes& out) const;
+  // JSON (RFC 8259) by the same rules, many times faster; null is an omitted value only as the whole text.
+  Status json_to_cdr(std::string_view json, Bytes& out) const;
   Status cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const;
   // Compact. JSON has no NaN and no infinities: they become null; bytes that are not UTF-8 become U+FFFD.
   Status cdr_to_json(std::span<const std::byte> cdr, std::string& out) const;

@@ -104,6 +104,8 @@ DOPPEL_API std::string definition_text(const TypeDescription& type);  // its lin
 DOPPEL_API std::string schema_text(const TypeDescription& type);
 DOPPEL_API Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml,
                               std::vector<std::byte>& out);
+DOPPEL_API Status json_to_cdr(const TypeDescription& type, std::string_view json,
+                              std::vector<std::byte>& out);
 DOPPEL_API Status cdr_to_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
 DOPPEL_API Status cdr_to_json(const TypeDescription& type, std::span<const std::byte> cdr, std::string& out);
 // Checked, little endian, without padding.

@@ -16,6 +16,10 @@ Status TypeSupport::yaml_to_cdr(std::string_view yaml, Bytes& out) const {
   return doppel::yaml_to_cdr(*description(), yaml, out);
 }
 
+Status TypeSupport::json_to_cdr(std::string_view json, Bytes& out) const {
+  return doppel::json_to_cdr(*description(), json, out);
+}
+
 Status TypeSupport::cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const {
   return doppel::cdr_to_yaml(*description(), cdr, out);
 }

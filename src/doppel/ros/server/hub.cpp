@@ -40,12 +40,10 @@ Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove:
     out.assign(payload.begin(), payload.end());
     return {};
   }
-  // JSON is a subset of YAML, but aliases of YAML could expand a short text to gigabytes.
+  // The text is read on the thread that serves all clients.
   if (payload.size() > kMaxJson)
     return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMaxJson));
-  const std::string_view text = payload.empty() ? "{}" : as_text(payload);
-  if (!foxglove::is_json(text)) return Status::refused("this is not valid JSON");
-  return type.yaml_to_cdr(text, out);
+  return type.json_to_cdr(payload.empty() ? "{}" : as_text(payload), out);
 }
 
 bool is_known_encoding(std::string_view encoding) {

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <random>
 
 #include "doppel/ros/messages/action_msgs.h"
@@ -19,6 +18,7 @@ namespace doppel {
 namespace {
 
 using messages_testing::hex;
+using messages_testing::new_seed;
 using messages_testing::Wide;
 
 sensor_msgs::msg::JointState joint_state() {
@@ -103,12 +103,6 @@ const char* const kControllers =
     "00 01 00 00 "              // is_chainable, is_chained, padding
     "00 00 00 00 00 00 00 00 "
     "01 00 00 00 02 00 00 00 78 00 00 00 01 00 00 00 02 00 00 00 79 00";
-
-unsigned new_seed() {
-  const unsigned seed = 33;
-  std::printf("seed %u\n", seed);
-  return seed;
-}
 
 template <class M>
 void expect_golden(const M& message, const char* bytes) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <random>
 #include <string>
 #include <vector>
@@ -13,6 +14,12 @@
 #include "doppel/ros/messages/type_description.h"
 
 namespace doppel::messages_testing {
+
+inline unsigned new_seed() {
+  const unsigned seed = 33;
+  std::printf("seed %u\n", seed);
+  return seed;
+}
 
 inline Bytes hex(std::string_view text) {
   Bytes bytes;

@@ -85,6 +85,19 @@ TEST(YamlReader, SpecialNumbersAreRead) {
   EXPECT_TRUE(read<std_msgs::msg::Bool>("{data: yes}").data);
 }
 
+TEST(YamlReader, AliasStandsForItsAnchor) {
+  const auto t = read<Trajectory>("points: [&a {positions: &p [1, 2]}, *a, {velocities: *p, effort: []}]");
+  ASSERT_EQ(t.points.size(), 3U);
+  EXPECT_EQ(t.points[1].positions, (std::vector<double>{1.0, 2.0}));
+  EXPECT_EQ(t.points[2].velocities, (std::vector<double>{1.0, 2.0}));
+  EXPECT_EQ(error_of<JointState>("{name: &a [*a]}"),
+            "1:8: a list, but 'name' is a string; an empty one is ''");
+  EXPECT_THAT(error_of<JointState>("{name: [*b]}"), HasSubstr("not YAML"));
+  std::string long_names = "{name: [&a " + std::string(std::size_t{1} << 20, 'a');
+  for (int i = 0; i < 64; ++i) long_names += ", *a";
+  EXPECT_THAT(error_of<JointState>(long_names + ", b]}"), HasSubstr("larger than 64 MiB"));
+}
+
 TEST(YamlReader, UnknownFieldIsRefusedWithPlaceAndNearest) {
   const std::string why = error_of<Trajectory>("joint_names: [a]\npoints:\n- postions: [1]\n");
   EXPECT_THAT(why, HasSubstr("3:3: "));

@@ -316,6 +316,8 @@ TEST_F(ServerTest, JsonEncodingIsAccepted) {
   raw.send_binary(std::string("\x01\x01\0\0\0", 5) + R"({"data": 0.75})");
   raw.send_binary(std::string("\x01\x01\0\0\0", 5) + R"({"date": 0.75})");
   EXPECT_THAT(raw.receive_op("status")["message"].get<std::string>(), HasSubstr("did you mean 'data'"));
+  raw.send_binary(std::string("\x01\x01\0\0\0", 5) + "{data: 0.75}");
+  EXPECT_THAT(raw.receive_op("status")["message"].get<std::string>(), HasSubstr("1:2: not JSON: "));
   std::uint32_t id = 0;
   test::RawClient again(server_->port());
   ASSERT_EQ(again.handshake(), "");
