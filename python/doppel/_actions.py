@@ -1,4 +1,5 @@
-"""Trajectories as goals of FollowJointTrajectory, for Twin and Client."""
+"""Trajectories as goals of FollowJointTrajectory and messages as JSON, for Twin and Client."""
+import json
 import math
 import os
 
@@ -12,6 +13,14 @@ def plain(value):
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{value!r} cannot be a field of a message")
+
+
+def message_json(message):
+    """A message as JSON, which has no NaN and no infinities: they become strings, which are accepted for numbers."""
+    text = json.dumps(message, default=plain)
+    if "NaN" in text or "Infinity" in text:
+        text = json.dumps(json.loads(text, parse_constant={"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get))
+    return text
 
 
 def send_goal(call, action, joints, times, positions, goal_id=None, reason=lambda: ""):

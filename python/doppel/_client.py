@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from ._actions import plain, read_result, send_goal
+from ._actions import message_json, read_result, send_goal
 from ._errors import refuse, seconds, whole
 from ._names import Named, matches
 
@@ -112,7 +112,7 @@ class Client:
 
     def publish(self, topic: str, message: Mapping[str, Any], type: str = "") -> None:
         """Publishes a message, a dict of its fields; those that are left out have their defaults."""
-        self._c.publish(topic, type, json.dumps(message, default=plain))
+        self._c.publish(topic, type, message_json(message))
 
     def subscribe(self, topic: str, depth: int = 10) -> ClientSubscription:
         """The messages of a topic from now on."""
@@ -120,7 +120,7 @@ class Client:
 
     def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response, which comes within `timeout` s. Raises ServiceError."""
-        return json.loads(self._c.call(service, json.dumps(request or {}, default=plain), seconds("timeout", timeout)))
+        return json.loads(self._c.call(service, message_json(request or {}), seconds("timeout", timeout)))
 
     def parameters(self, node: str | None = None) -> dict[str, Any]:
         """{node: {name: value}}, or {name: value} of one node."""

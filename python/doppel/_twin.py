@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from . import _doppel
-from ._actions import plain, read_result, send_goal
+from ._actions import message_json, read_result, send_goal
 from ._errors import ServiceError, numbers, refuse, seconds, single, whole
 from ._model import Model
 from ._names import Named, matches
@@ -491,7 +491,7 @@ class Twin:
     def publish(self, topic: str, message: Mapping[str, Any], type: str = "") -> None:
         """Publishes a message, a dict of its fields; those that are left out have their defaults. The type is that of the
         topic. It is received before the next step."""
-        self._t.publish(topic, type, json.dumps(message, default=plain))
+        self._t.publish(topic, type, message_json(message))
 
     def subscribe(self, topic: str, depth: int = 10) -> Subscription:
         """The messages of a topic from now on, of a latched one also its last."""
@@ -501,7 +501,7 @@ class Twin:
         """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
         simulated time. Raises ServiceError if it is refused."""
         steps = self._steps_of("timeout", timeout)
-        number = self._t.begin_call(service, json.dumps(request or {}, default=plain))
+        number = self._t.begin_call(service, message_json(request or {}))
         text = self._answer(service, number)
         if text is None:
             self._t.step_until_answered(number, steps)

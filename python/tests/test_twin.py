@@ -323,6 +323,15 @@ class BusTest(unittest.TestCase):
         with self.assertRaisesRegex(doppel.InputError, "pass its type"):
             self.twin.publish("/nowhere", {})
 
+    def test_EveryCharacterAndNumberIsPublished(self):
+        for type_name, sent, received in (("String", "\N{ROBOT FACE}", "\N{ROBOT FACE}"),
+                                          ("Float64MultiArray", np.array([np.nan, np.inf, -np.inf, 0.1]), [None, None, None, 0.1])):
+            self.twin.publish(f"/{type_name}", {}, f"std_msgs/msg/{type_name}")
+            heard = self.twin.subscribe(f"/{type_name}")
+            self.twin.publish(f"/{type_name}", {"data": sent})
+            self.twin.run_for(0.01)
+            self.assertEqual(heard.latest["data"], received)
+
     def test_ServicesAnswerWithDicts(self):
         answer = self.twin.call("/controller_manager/list_controllers")
         self.assertEqual({one["state"] for one in answer["controller"]}, {"active"})

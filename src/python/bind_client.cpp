@@ -149,7 +149,7 @@ class GraphAccess {
   }
   static Bytes encode(const TypeSupport& type, const std::string& json, const std::string& subject) {
     Bytes out;
-    if (const Status encoded = type.yaml_to_cdr(json, out); !encoded)
+    if (const Status encoded = type.json_to_cdr(json, out); !encoded)
       throw InputError("python.message", {}, fmt::format("{}: {}", subject, encoded.why()),
                        fmt::format("the fields are those of {}", type.name));
     return out;

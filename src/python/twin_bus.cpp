@@ -1,5 +1,4 @@
-// The bus of a SteppedTwin: messages as JSON, which is YAML too, so that both directions use the encodings
-// of the bus.
+// The bus of a SteppedTwin: messages are JSON in both directions.
 #include <fmt/format.h>
 
 #include <chrono>
@@ -23,7 +22,7 @@ std::vector<std::string> names_of(const auto& list) {
 
 Bytes encode(const TypeSupport& type, const std::string& json, const std::string& subject) {
   Bytes out;
-  if (const Status encoded = type.yaml_to_cdr(json, out); !encoded)
+  if (const Status encoded = type.json_to_cdr(json, out); !encoded)
     throw InputError("python.message", {}, fmt::format("{}: {}", subject, encoded.why()),
                      fmt::format("the fields are those of {}", type.name));
   return out;
