@@ -79,23 +79,39 @@ bool ServoBus::send() {
   ++counts_.requests;
   codec_->clear();
   link_.discard();
-  if (!link_.write(request_.bytes())) return false;
-  if (echo_) drop_echo(answer_deadline(0, 0));
-  return true;
+  return link_.write(request_.bytes());
 }
 
-void ServoBus::drop_echo(Time deadline) {
-  std::array<std::uint8_t, 64> bytes{};
-  for (std::size_t left = request_.size(); left > 0;) {
-    const std::size_t count = link_.read(std::span(bytes).first(std::min(left, bytes.size())), deadline);
-    if (count == 0) return;
-    left -= count;
+// A link keeps the order of its bytes, so that what comes before the echo are earlier answers and echoes. An
+// echo that stayed in the stream would be taken for an answer.
+bool ServoBus::drop_echo() {
+  if (!echo_) return true;
+  const std::span<const std::uint8_t> echo = request_.bytes();
+  const Time deadline = answer_deadline(0, 0);
+  FrameBytes received;
+  for (;;) {
+    std::array<std::uint8_t, 256> bytes{};
+    const std::size_t count = link_.read(bytes, deadline);
+    if (count == 0) return false;
+    received.add(std::span(bytes).first(count));
+    const std::span<const std::uint8_t> all = received.bytes();
+    const auto found = std::search(all.begin(), all.end(), echo.begin(), echo.end());
+    if (found != all.end()) {
+      codec_->push(all.subspan(static_cast<std::size_t>(found - all.begin()) + echo.size()));
+      return true;
+    }
+    if (link_.now() >= deadline) return false;
+    // The last bytes may be the beginning of the echo.
+    if (all.size() >= echo.size()) received.drop(all.size() - (echo.size() - 1));
   }
 }
 
+// A link returns bytes that are there after the deadline, too: a partner that sends noise without end would
+// keep the host here for ever.
 std::optional<ServoBus::Answer> ServoBus::receive(Time deadline) {
-  for (;;) {
+  for (bool in_time = true;; in_time = link_.now() < deadline) {
     if (const auto status = codec_->next()) return Answer{status->id, status->error, status->data};
+    if (!in_time) return {};
     std::array<std::uint8_t, 256> bytes{};
     const std::size_t count = link_.read(bytes, deadline);
     if (count == 0) return {};
@@ -113,12 +129,13 @@ std::optional<ServoBus::Answer> ServoBus::transact(int id, std::size_t answer_by
   newest_.reset();
   if (!in_doubt) newest_ = {id, answer_bytes};
   sent_ = link_.now();
-  if (send()) {
+  if (send() && drop_echo()) {
     const Time deadline = answer_deadline(codec_->answer_size(answer_bytes), 1);
     while (const auto answer = receive(deadline)) {
       const bool refuses = can_refuse && answer->data.empty() && answer->error != 0;
       if (answer->id != id || (answer->data.size() != answer_bytes && !refuses)) {
         ++counts_.strangers;
+        if (link_.now() >= deadline) break;
         continue;
       }
       if (!in_doubt) missing_->forget();
@@ -141,12 +158,16 @@ std::optional<std::size_t> ServoBus::extra_bytes(std::span<const std::uint8_t> i
 
 // So many answers are missing that the link stands still, or the servos are gone. More requests would only
 // make the queue of late answers longer: they wait until it has come to the last one, or will not come any
-// more.
+// more. A late echo looks like an answer, so that only silence ends the doubt of a link with echoes.
 bool ServoBus::settle() {
   constexpr Duration kGivenUp{250'000'000};
-  while (const auto answer = receive(link_.now() + patience_)) {
+  const Time end = link_.now() + kGivenUp;
+  while (link_.now() < end) {
+    const auto answer = receive(std::min(end, link_.now() + patience_));
+    if (!answer) break;
     heard_ = link_.now();
-    if (newest_ && newest_->size == answer->data.size() && newest_->id == answer->id) return end_doubt();
+    const bool is_newest = newest_ && newest_->size == answer->data.size() && newest_->id == answer->id;
+    if (is_newest && !echo_) return end_doubt();
   }
   return link_.now() - std::max(sent_, heard_) >= kGivenUp && end_doubt();
 }
@@ -168,13 +189,19 @@ void ServoBus::notice_echo() {
   if (!send()) return;
   // No servo answers with the broadcast id.
   const Time deadline = answer_deadline(codec_->answer_size(0), 1);
-  while (const auto answer = receive(deadline)) echo_ = echo_ || answer->id == kBroadcast;
+  while (const auto answer = receive(deadline)) {
+    echo_ = echo_ || answer->id == kBroadcast;
+    if (link_.now() >= deadline) break;
+  }
 }
 
 std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
   // Feetech's answer to a ping has no data.
   const std::size_t data = protocol_ == ServoProtocol::dynamixel ? 3 : 0;
   for (int i = 0; i < tries; ++i) {
+    // The echoes of two pings are equal, and look like their answers: the echo of a read in between shows
+    // that those before it have come.
+    if (echo_ && !catch_up(id, model_number(protocol_))) continue;
     // A late answer shows as well that the servo is there, but its data may be those of registers.
     const bool in_doubt = missing_->has(id, data);
     request_.clear();
@@ -203,7 +230,10 @@ std::vector<PingAnswer> ServoBus::ping_all(int last_id) {
     codec_->add_ping(kBroadcast, request_);
     if (!send()) return {};
     const Time deadline = answer_deadline(kLastId * codec_->answer_size(0), kLastId);
-    while (const auto answer = receive(deadline)) ids.push_back(answer->id);
+    while (const auto answer = receive(deadline)) {
+      ids.push_back(answer->id);
+      if (link_.now() >= deadline) break;
+    }
     finish_counts();
     std::ranges::sort(ids);
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
@@ -266,7 +296,7 @@ bool ServoBus::write(int id, const ServoRegister& which, std::int64_t value, int
     const bool in_step = id == kBroadcast || catch_up(id, which);
     request_.clear();
     codec_->add_write(id, which.address, std::span(bytes).first(which.size), request_);
-    if (id == kBroadcast) return send();
+    if (id == kBroadcast) return send() && drop_echo();
     if (transact(id, 0) && in_step) return true;
   }
   return false;
@@ -343,7 +373,7 @@ std::size_t ServoBus::read_some(std::size_t begin, std::size_t count, std::size_
   newest_ = {ids.back(), size};
   sent_ = link_.now();
   std::size_t fresh = 0;
-  if (send()) {
+  if (send() && drop_echo()) {
     const Time deadline = answer_deadline(count * codec_->answer_size(size), count);
     while (fresh < count) {
       const auto answer = receive(deadline);
@@ -351,6 +381,7 @@ std::size_t ServoBus::read_some(std::size_t begin, std::size_t count, std::size_
       const auto place = std::ranges::find(ids, static_cast<std::uint8_t>(answer->id));
       if (place == ids.end() || answer->data.size() != size) {
         ++counts_.strangers;
+        if (link_.now() >= deadline) break;
         continue;
       }
       missing_->forget();
@@ -360,6 +391,7 @@ std::size_t ServoBus::read_some(std::size_t begin, std::size_t count, std::size_
         counts_.strangers += 2;
         readings[index].fresh = false;
         --fresh;
+        if (link_.now() >= deadline) break;
         continue;
       }
       decode_motion(answer->data.subspan(front, read_size_), answer->error, index, readings[index]);
@@ -432,6 +464,8 @@ bool ServoBus::write_goals(std::span<const ServoGoal> goals) {
     codec_->add_sync_write(std::span(goals_).subspan(begin * part, std::min(step, written - begin) * part),
                            write_begin_, write_size_, request_);
     if (!send()) return false;
+    // Goals have no answer, so that nothing is lost with a late echo: the next request drops it.
+    static_cast<void>(drop_echo());
   }
   return true;
 }

@@ -75,8 +75,8 @@ class DOPPEL_API ServoBus {
   [[nodiscard]] ServoProtocol protocol() const { return protocol_; }
   [[nodiscard]] const BusCounts& counts() const { return counts_; }
   void set_rate(int rate) { rate_ = rate; }
-  // How long a servo, the adapter and a busy host may take before the first byte of an answer: 50 ms, and less
-  // where a cycle cannot wait.
+  // How long a servo, the adapter and a busy host may take before the first byte of an answer: 50 ms, and
+  // less where a cycle cannot wait.
   void set_patience(Duration patience) { patience_ = patience; }
   // Finds out whether the adapter sends the host's own bytes back, which are then skipped.
   void notice_echo();
@@ -115,9 +115,12 @@ class DOPPEL_API ServoBus {
     std::span<const std::uint8_t> data;
   };
   [[nodiscard]] Time answer_deadline(std::size_t bytes, std::size_t answers) const;
+  // Sends the request. False: the link has not taken it.
   bool send();
-  void drop_echo(Time deadline);
-  // The next answer before the deadline; nullopt: none.
+  // Drops everything up to the echo of the request that was sent. False: it has not come in time, and the
+  // request is lost.
+  [[nodiscard]] bool drop_echo();
+  // The next answer before the deadline; nullopt: none. What has come is read once after the deadline, too.
   std::optional<Answer> receive(Time deadline);
   // Sends the request and waits for the answer of one servo, which has this many bytes of data, or none where
   // it refuses the request.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/yaml/placed_yaml.h"
@@ -36,9 +37,19 @@ class Checker {
                              fix});
   }
 
+  // A register that is not read is not judged: the servo does not pass without it.
+  std::optional<std::int64_t> read(const JointServo& servo, const ServoRegister& which) {
+    const auto out = bus_.read(servo.id, which);
+    if (!out && std::exchange(silent_, &servo) != &servo)
+      add(Severity::error, "no_answer", servo,
+          fmt::format("answers, but not a read of {}, and is not judged as a whole", which.name),
+          "its cable and supply, then this check again");
+    return out;
+  }
+
   void want(const JointServo& servo, const ServoRegister* which, std::int64_t value, const std::string& why) {
     if (which == nullptr) return;
-    const auto present = bus_.read(servo.id, *which);
+    const auto present = read(servo, *which);
     if (!present || *present == value) return;
     out_.changes.push_back({servo.joint, servo.id, which, *present, value, why});
   }
@@ -69,7 +80,7 @@ class Checker {
     want(servo, model.find(ServoRole::return_delay), 0, "each answer waits for it");
     want(servo, model.find(ServoRole::operating_mode), model.position_mode, "the driver commands positions");
     if (const ServoRegister* const phase = model.find("Phase")) {
-      const auto value = bus_.read(servo.id, *phase);
+      const auto value = read(servo, *phase);
       if (value && (*value & kPhaseBit) != 0)
         out_.changes.push_back({servo.joint, servo.id, phase, *value, *value & ~kPhaseBit,
                                 "with bit 4 positions are not those of one turn"});
@@ -103,7 +114,7 @@ class Checker {
 
   void check_health(const JointServo& servo) {
     const ServoModel& model = *servo.model;
-    const auto value = [&](ServoRole role) { return bus_.read(servo.id, *model.find(role)); };
+    const auto value = [&](ServoRole role) { return read(servo, *model.find(role)); };
     if (const auto volts = value(ServoRole::present_voltage)) {
       const double supply = static_cast<double>(*volts) * model.voltage_unit;
       if (supply < model.min_voltage - kSupplySlack || supply > model.max_voltage + kSupplySlack)
@@ -142,6 +153,7 @@ class Checker {
   ServoBus& bus_;
   const ServoSetup& setup_;
   BusCheck out_;
+  const JointServo* silent_ = nullptr;  // the last one that has not answered a read
 };
 
 void refuse(const RegisterChange& change, const std::string& what, const std::string& fix) {
@@ -193,6 +205,7 @@ std::vector<RegisterChange> changes_back(ServoBus& bus, const ServoSetup& setup,
   const PlacedYaml root = load_yaml(backup, kRules, "backup of registers");
   std::vector<RegisterChange> out;
   Diagnostics errors;
+  const JointServo* silent = nullptr;  // the last one that has not answered
   for (const PlacedYaml& one : root.items) {
     const int id = std::atoi(one["id"].text.c_str());
     const auto servo = std::ranges::find(setup.joints, id, &JointServo::id);
@@ -206,6 +219,10 @@ std::vector<RegisterChange> changes_back(ServoBus& bus, const ServoSetup& setup,
       continue;
     }
     const auto present = bus.read(id, *which);
+    if (!present && std::exchange(silent, &*servo) != &*servo)
+      errors.error("hardware.no_answer", one.where,
+                   fmt::format("'{}' (id {}) does not answer a read of {}", servo->joint, id, which->name),
+                   "its cable and supply, then this restore again");
     const std::int64_t value = std::atoll(one["value"].text.c_str());
     if (present && *present != value) out.push_back({servo->joint, id, which, *present, value, "as before"});
   }

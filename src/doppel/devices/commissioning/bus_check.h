@@ -37,7 +37,8 @@ struct DOPPEL_API BusCheck {
 DOPPEL_API void apply_changes(ServoBus& bus, const ServoSetup& setup,
                               const std::vector<RegisterChange>& changes,
                               const std::filesystem::path& backup);
-// The changes back to the values of a backup. Throws InputError: not a backup, or one of other servos.
+// The changes back to the values of a backup. Throws InputError: not a backup, or one of other servos; a
+// servo does not answer, so that nothing says which value it has.
 [[nodiscard]] DOPPEL_API std::vector<RegisterChange> changes_back(ServoBus& bus, const ServoSetup& setup,
                                                                   const std::filesystem::path& backup);
 

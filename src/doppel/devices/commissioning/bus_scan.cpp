@@ -22,7 +22,9 @@ std::optional<FoundDevice> find_board(ByteLink& link, int rate) {
   if (!link.write(hello.bytes())) return {};
   ServoLineReader reader;
   const Time deadline = link.now() + kBoardPatience;
-  for (;;) {
+  // A device that sends something else without end, such as a receiver of GPS, has bytes after the deadline,
+  // too.
+  for (bool in_time = true;; in_time = link.now() < deadline) {
     while (const auto body = reader.next()) {
       const ServoLineReply reply = parse_servo_reply(*body);
       const auto* const identity = std::get_if<ServoLineIdentity>(&reply);
@@ -35,6 +37,7 @@ std::optional<FoundDevice> find_board(ByteLink& link, int rate) {
                               identity->channels, identity->step);
       return out;
     }
+    if (!in_time) return {};
     std::array<std::uint8_t, 128> bytes{};
     const std::size_t count = link.read(bytes, deadline);
     if (count == 0) return {};

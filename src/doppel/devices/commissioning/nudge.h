@@ -34,8 +34,8 @@ struct DOPPEL_API NudgeResult {
   [[nodiscard]] bool followed(double angle) const;  // within a third
 };
 
-// The joint moves towards the middle of its range. Throws InputError: no such joint, no answer, outside of
-// the limits.
+// The joint moves towards the middle of its range. Throws InputError: no such joint; a servo of the setup
+// does not answer, so that it is not known whether it moved as well; outside of the limits.
 [[nodiscard]] DOPPEL_API NudgeResult nudge(ServoBus& bus, const ServoSetup& setup, const std::string& joint,
                                            const NudgeOptions& options);
 

@@ -16,7 +16,13 @@ constexpr Duration kSlowPeriod{20'000'000};
 
 SlowJoint::SlowJoint(ServoBus& bus, const ServoSetup& setup, const JointServo& servo, double torque,
                      const std::function<bool()>& ends)
-    : bus_(bus), setup_(setup), servo_(servo), torque_(torque), ends_(ends), readings_(setup.joints.size()) {
+    : bus_(bus),
+      setup_(setup),
+      servo_(servo),
+      torque_(torque),
+      ends_(ends),
+      readings_(setup.joints.size()),
+      answered_(setup.joints.size()) {
   for (const JointServo& one : setup.joints) servos_.push_back({one.id, one.model});
   index_ = static_cast<std::size_t>(&servo - setup.joints.data());
   bus_.begin_cycle(servos_, false);
@@ -34,10 +40,28 @@ double SlowJoint::position(std::size_t joint) const {
 
 void SlowJoint::read() {
   constexpr int kTries = 3;
+  answered_.assign(readings_.size(), false);
   for (int i = 0; i < kTries; ++i) {
-    if (bus_.read_all(readings_) == readings_.size()) return;
+    const bool whole = bus_.read_all(readings_) == readings_.size();
+    for (std::size_t joint = 0; joint < readings_.size(); ++joint)
+      answered_[joint] = answered_[joint] || readings_[joint].fresh;
+    if (whole) return;
   }
-  if (!readings_[index_].fresh) refuse();
+  if (!answered_[index_]) refuse();
+}
+
+std::vector<const JointServo*> SlowJoint::silent() const {
+  std::vector<const JointServo*> out;
+  for (std::size_t joint = 0; joint < answered_.size(); ++joint) {
+    if (!answered_[joint]) out.push_back(&setup_.joints[joint]);
+  }
+  return out;
+}
+
+std::int64_t SlowJoint::read(ServoRole role) {
+  const auto out = bus_.read(servo_.id, which(role));
+  if (!out) refuse();
+  return *out;
 }
 
 void SlowJoint::write(ServoRole role, std::int64_t value) {
@@ -50,17 +74,22 @@ bool SlowJoint::write_goal(double q) {
 }
 
 bool SlowJoint::torque_on(double q) {
-  was_on_ = bus_.read(servo_.id, which(ServoRole::torque_enable)).value_or(0) != 0;
-  limit_ = bus_.read(servo_.id, which(ServoRole::torque_limit)).value_or(servo_.model->whole_torque);
+  was_on_ = read(ServoRole::torque_enable) != 0;
+  limit_ = read(ServoRole::torque_limit);
   if (!write_goal(q)) return false;
   write(ServoRole::torque_limit, std::llround(torque_ * static_cast<double>(servo_.model->whole_torque)));
-  write(ServoRole::torque_enable, 1);
-  return true;
+  if (bus_.write(servo_.id, which(ServoRole::torque_enable), 1)) return true;
+  // The torque may be on, with a confirmation that is lost: nothing would switch it off later.
+  if (!was_on_) static_cast<void>(bus_.write(servo_.id, which(ServoRole::torque_enable), 0));
+  refuse();
 }
 
+// The torque goes off first, and without a confirmation of the limit, too: a joint that was free does not
+// stay held.
 void SlowJoint::torque_back() {
-  write(ServoRole::torque_limit, limit_);
-  if (!was_on_) write(ServoRole::torque_enable, 0);
+  const bool is_off = was_on_ || bus_.write(servo_.id, which(ServoRole::torque_enable), 0);
+  const bool is_limited = bus_.write(servo_.id, which(ServoRole::torque_limit), limit_);
+  if (!is_off || !is_limited) refuse();
 }
 
 void SlowJoint::set_speed(double speed) {

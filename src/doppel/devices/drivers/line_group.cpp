@@ -156,9 +156,11 @@ class LineGroup final : public ServoGroup {
     return outstanding_;
   }
 
-  // The next reply before the deadline; monostate: none. Events are kept, and are no answers.
+  // The next reply before the deadline; monostate: none. Events are kept, and are no answers. A link returns
+  // bytes that are there after the deadline, too: a partner that sends noise without end would keep the host
+  // here for ever.
   ServoLineReply receive(Time deadline) {
-    for (;;) {
+    for (bool in_time = true;; in_time = link_.now() < deadline) {
       while (const auto body = reader_.next()) {
         ServoLineReply reply = parse_servo_reply(*body);
         if (const auto* const fault = std::get_if<ServoLineFault>(&reply);
@@ -172,6 +174,7 @@ class LineGroup final : public ServoGroup {
         }
         if (!awaits_hello_ && !std::holds_alternative<std::monostate>(reply)) return reply;
       }
+      if (!in_time) return {};
       std::array<std::uint8_t, 256> bytes{};
       const std::size_t count = link_.read(bytes, deadline);
       counts_.bad_checks = reader_.counts().bad_checks;
@@ -192,11 +195,12 @@ class LineGroup final : public ServoGroup {
     outstanding_ = false;
     for (;;) {
       const ServoLineReply reply = receive(deadline);
-      if (std::holds_alternative<std::monostate>(reply)) return lose("the board does not answer");
       if (const auto* const state = std::get_if<ServoLineState>(&reply)) {
         state_ = *state;
         return {};
       }
+      if (std::holds_alternative<std::monostate>(reply) || link_.now() >= deadline)
+        return lose("the board does not answer");
     }
   }
 
@@ -207,15 +211,14 @@ class LineGroup final : public ServoGroup {
     const Time deadline = link_.now() + kBoardPatience;
     for (;;) {
       const ServoLineReply reply = receive(deadline);
-      if (std::holds_alternative<std::monostate>(reply))
-        return lose(fmt::format("the board does not answer '{}'", body));
       if (const auto* const fault = std::get_if<ServoLineFault>(&reply))
         return Status::refused(fmt::format("the board refuses '{}': {}", body, fault->text));
-      if (const auto* const state = std::get_if<ServoLineState>(&reply)) {
-        state_ = *state;
-        if (body != "Q") continue;  // of a former request
-      }
-      return {};
+      const auto* const state = std::get_if<ServoLineState>(&reply);
+      if (state != nullptr) state_ = *state;
+      const bool is_former = state != nullptr && body != "Q";  // the state that a former request asked for
+      if (std::holds_alternative<std::monostate>(reply) || (is_former && link_.now() >= deadline))
+        return lose(fmt::format("the board does not answer '{}'", body));
+      if (!is_former) return {};
     }
   }
 

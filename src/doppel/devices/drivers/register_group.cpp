@@ -55,9 +55,12 @@ class RegisterGroup final : public ServoGroup {
     return {};
   }
 
+  // A servo that does not say so counts as holding: less torque than it has would let its joint fall, and the
+  // whole torque moves no joint, because its goal is where it stands.
   bool has_torque() override {
+    const PatientStart patience(bus_);
     return std::ranges::any_of(setup_.joints, [&](const JointServo& one) {
-      return one.enabled && bus_.read(one.id, *one.model->find(ServoRole::torque_enable)).value_or(0) != 0;
+      return one.enabled && bus_.read(one.id, *one.model->find(ServoRole::torque_enable)).value_or(1) != 0;
     });
   }
   Status relax() override {
@@ -133,12 +136,28 @@ class RegisterGroup final : public ServoGroup {
     return fmt::format("{} {}", name_of(one), what);
   }
   bool write(const JointServo& one, ServoRole role, std::int64_t value) {
-    return bus_.write(one.id, *one.model->find(role), value);
+    if (!bus_.write(one.id, *one.model->find(role), value)) return false;
+    return role != ServoRole::torque_enable || value == 0 || !has_refused();
+  }
+  // Dynamixel's servos also answer a write that they refuse, such as that of the torque after a latched
+  // overload, with the reason in the lower bits of the error byte. Its highest bit only says that the
+  // register of errors has something to say.
+  [[nodiscard]] bool has_refused() const {
+    constexpr unsigned kReason = 0x7F;
+    return setup_.protocol == ServoProtocol::dynamixel && (bus_.last_error() & kReason) != 0;
   }
   bool write_torque(const JointServo& one, double share) {
     const double most = one.gripper ? setup_.gripper_torque : setup_.torque;
     const double whole = static_cast<double>(one.model->whole_torque);
     return write(one, ServoRole::torque_limit, std::lround(whole * std::min(share, most)));
+  }
+
+  // A register that does not answer may have any value, and is a problem.
+  std::optional<std::int64_t> ask(const JointServo& one, ServoRole role, std::vector<std::string>& problems) {
+    const ServoRegister& which = *one.model->find(role);
+    const auto out = bus_.read(one.id, which);
+    if (!out) problems.push_back(silent(one, fmt::format("answers, but not a read of {}", which.name)));
+    return out;
   }
 
   void identify(const JointServo& one, std::vector<std::string>& problems) {
@@ -152,37 +171,39 @@ class RegisterGroup final : public ServoGroup {
           fmt::format("is another model: {}", found != nullptr ? std::string(found->name)
                                                                : fmt::format("number {}", answer->number))));
     }
-    const auto mode = bus_.read(one.id, *one.model->find(ServoRole::operating_mode));
-    if (mode && *mode != one.model->position_mode)
+    const auto mode = ask(one, ServoRole::operating_mode, problems);
+    if (!mode) return;
+    if (*mode != one.model->position_mode)
       problems.push_back(
           silent(one, fmt::format("is in operating mode {} instead of {}; doppel hardware check --fix", *mode,
                                   one.model->position_mode)));
-    check_homing(one, problems);
-    const auto voltage = bus_.read(one.id, *one.model->find(ServoRole::present_voltage));
-    const double volts =
-        voltage ? static_cast<double>(*voltage) * one.model->voltage_unit : one.model->rated_voltage;
+    if (!check_homing(one, problems)) return;
+    const auto voltage = ask(one, ServoRole::present_voltage, problems);
+    if (!voltage) return;
+    const double volts = static_cast<double>(*voltage) * one.model->voltage_unit;
     if (volts < one.model->min_voltage - kVoltageSlack || volts > one.model->max_voltage + kVoltageSlack)
       problems.push_back(
           silent(one, fmt::format("has a supply of {:.1f} V, and is made for {:.1f} to {:.1f} V", volts,
                                   one.model->min_voltage, one.model->max_voltage)));
-    const auto errors = bus_.read(one.id, *one.model->find(ServoRole::errors));
-    const unsigned faults = errors ? one.model->faults(*errors) : 0;
-    if ((faults & kOverloadFault) != 0)
+    const auto errors = ask(one, ServoRole::errors, problems);
+    if (errors && (one.model->faults(*errors) & kOverloadFault) != 0)
       problems.push_back(
           silent(one, setup_.protocol == ServoProtocol::dynamixel
                           ? "has latched an overload; doppel hardware reboot, when nothing blocks it"
                           : "has latched an overload; switch its power off and on, when nothing blocks it"));
   }
 
-  // With another homing offset every position means another pose than the calibration recorded.
-  void check_homing(const JointServo& one, std::vector<std::string>& problems) {
-    if (!one.recorded) return;
-    const auto homing = bus_.read(one.id, *one.model->find(ServoRole::homing_offset));
+  // With another homing offset every position means another pose than the calibration recorded. False: the
+  // servo does not answer.
+  bool check_homing(const JointServo& one, std::vector<std::string>& problems) {
+    if (!one.recorded) return true;
+    const auto homing = ask(one, ServoRole::homing_offset, problems);
     if (homing && *homing != one.recorded->homing_offset)
       problems.push_back(
           silent(one, fmt::format("has the homing offset {} instead of its calibration's {}; doppel hardware "
                                   "check --fix",
                                   *homing, one.recorded->homing_offset)));
+    return homing.has_value();
   }
 
   // The goal becomes the present position, and is read back, because a servo with another goal would jump

@@ -123,7 +123,7 @@ Status ServoHardware::on_configure() {
     close();
     return found;
   }
-  if (group_->read(readings_) < readings_.size()) {
+  if (!await_readings()) {
     close();
     return Status::refused("not every servo reports its position");
   }
@@ -174,6 +174,16 @@ void ServoHardware::choose_gentleness() {
                         next.empty() ? "" : ", and ", fmt::join(missing, "', '"), missing.front());
   gentle_ = !next.empty();
   if (gentle_) log_->warning(setup_.component, "gentle: a quarter of the speed, because " + next);
+}
+
+// A single answer may be late or lost. False: a servo stays silent.
+bool ServoHardware::await_readings() {
+  const Time end = link_->now() + kRestTime;
+  while (group_->read(readings_) < readings_.size()) {
+    if (link_->is_lost() || link_->now() >= end) return false;
+    link_->wait_until(link_->now() + kRestPause);
+  }
+  return true;
 }
 
 // A single answer may be late or lost, and an arm that was just let go of comes to rest.

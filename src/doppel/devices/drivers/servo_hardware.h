@@ -80,6 +80,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   enum Event : unsigned { kDegraded = 1, kRecovered = 2, kParked = 4 };
 
   Status connect();
+  [[nodiscard]] bool await_readings();
   Status await_rest();
   Status sample_at_rest();
   [[nodiscard]] Status check_start(std::size_t joint) const;

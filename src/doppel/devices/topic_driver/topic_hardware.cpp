@@ -257,8 +257,11 @@ bool TopicHardware::is_set_back(Time stamp) {
   older_.last = stamp;
   ++older_.count;
   const double passed = to_seconds(now - older_.seen), by_stamp = to_seconds(stamp - older_.first);
-  return older_.count >= kStartSamples && passed >= setup_.max_delay &&
-         std::abs(by_stamp - passed) <= setup_.max_delay / 2;
+  if (passed < setup_.max_delay) return false;
+  if (std::abs(by_stamp - passed) <= setup_.max_delay / 2) return older_.count >= kStartSamples;
+  // The first one was late itself, or they were held back: the clock is judged by this one and later ones.
+  older_ = {.count = 1, .first = stamp, .last = stamp, .seen = now};
+  return false;
 }
 
 void TopicHardware::follow_clock(Time stamp) {

@@ -1,5 +1,5 @@
 // A partner that is late with one answer, behind a socket and behind a pseudo-terminal: no later request
-// takes that answer for its own.
+// takes that answer for its own, and none takes an echo for one.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -29,6 +29,8 @@ namespace {
 
 constexpr std::uint8_t kPing = 1, kRead = 2, kWrite = 3, kReboot = 8, kSyncRead = 0x82;
 constexpr int kLate = 40, kStall = 200;  // ms; the bus waits for 5 ms
+constexpr int kLateEcho = 8;             // ms: the bus would still wait for an answer
+constexpr int kEveryServo = 0xFE;        // the id of a broadcast
 constexpr std::uint8_t kSwallowed = 99;  // a write of this value has no answer
 
 // The partner's end of a link of bytes.
@@ -118,6 +120,9 @@ class Partner {
   [[nodiscard]] const ServoModel& model() const { return model_; }
   std::atomic<int> delay{0};
   std::atomic<bool> reboots{false};  // false: a reboot has no answer
+  std::atomic<bool> echo{false};     // the adapter sends the host's bytes back
+  std::atomic<int> echo_delay{0};    // ms, of the next echo
+  std::atomic<int> absent{-1};       // no servo has this id
 
  private:
   void serve() {
@@ -125,6 +130,10 @@ class Partner {
       std::array<std::uint8_t, 256> bytes{};
       const std::size_t count = end_->read(bytes);
       const std::span<const std::uint8_t> received = std::span(bytes).first(count);
+      if (echo && count > 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(echo_delay.exchange(0)));
+        end_->write(received);
+      }
       if (protocol_ == ServoProtocol::feetech) {
         feetech_.push(received);
         while (const auto frame = feetech_.next())
@@ -144,6 +153,7 @@ class Partner {
 
   void answer(const Request& request) {
     ++requests_;
+    if (request.id == absent || (request.id == kEveryServo && request.instruction == kPing)) return;
     std::this_thread::sleep_for(std::chrono::milliseconds(delay.exchange(0)));
     const std::size_t head = protocol_ == ServoProtocol::feetech ? 2 : 4;
     if (request.instruction == kWrite && request.parameters.back() != kSwallowed) send(request.id, {});
@@ -211,12 +221,22 @@ class LateAnswers : public testing::TestWithParam<std::tuple<ServoProtocol, bool
     return false;
   }
 
-  // Now and then an answer is late, or stalls the link for many requests.
+  // Now and then an answer or an echo is late, or an answer stalls the link for many requests.
   void delay_after(int answers) {
     if (answers == delayed_) return;
+    if (answers % 5 == 2) partner_.echo_delay = kLateEcho;
     if (answers % 20 == 5) partner_.delay = kLate;
     if (answers % 20 == 15) partner_.delay = kStall;
     delayed_ = answers;
+  }
+
+  // The adapter has an echo from now on. The codec of Dynamixel's protocol knows it without notice.
+  void begin_echo() {
+    partner_.echo = true;
+    ASSERT_TRUE(within_seconds([&] {
+      bus_.notice_echo();
+      return bus_.has_echo() == (bus_.protocol() == ServoProtocol::feetech);
+    }));
   }
 
   int delayed_ = 0;
@@ -238,6 +258,32 @@ TEST_P(LateAnswers, NoReadGetsAnswerOfAnother) {
     return HasFailure() || answered >= 60;
   }));
   EXPECT_GT(bus_.counts().lost, 0U) << "expected that one answer was late";
+}
+
+TEST_P(LateAnswers, NoReadGetsEchoOfRequest) {
+  begin_echo();
+  int answered = 0;
+  EXPECT_TRUE(within_seconds([&] {
+    delay_after(answered);
+    if (const auto value = bus_.read(1, position_, 1)) {
+      EXPECT_EQ(*value, static_cast<std::int64_t>(bus_.counts().requests));
+      ++answered;
+    }
+    return HasFailure() || answered >= 60;
+  }));
+  EXPECT_GT(bus_.counts().lost, 0U) << "expected that one answer was late";
+}
+
+// The echo of a ping is the answer of a servo with a fault, byte by byte.
+TEST_P(LateAnswers, AbsentServoDoesNotAnswerByEcho) {
+  constexpr int kAbsent = 7;
+  begin_echo();
+  partner_.absent = kAbsent;
+  for (int i = 0; i < 20; ++i) {
+    partner_.echo_delay = i % 2 == 0 ? kLateEcho : kLate;
+    EXPECT_FALSE(bus_.ping(kAbsent, 3)) << "expected no answer to ping " << i;
+    ASSERT_TRUE(within_seconds([&] { return bus_.ping(1, 1).has_value(); })) << "expected the bus to recover";
+  }
 }
 
 TEST_P(LateAnswers, NoWriteIsConfirmedByEarlierAnswer) {

@@ -18,9 +18,14 @@ class SlowJoint {
 
   // Reads all servos. Throws InputError: this one does not answer.
   void read();
-  // The torque goes on with the goal at q (rad). False: the servo does not accept the goal.
+  // The joints whose servos have not answered the last read().
+  [[nodiscard]] std::vector<const JointServo*> silent() const;
+  // The torque goes on with the goal at q (rad). False: the servo does not accept the goal. Throws
+  // InputError: it does not answer; a torque that was off before is then switched off again.
   [[nodiscard]] bool torque_on(double q);
-  void torque_back();  // as before torque_on()
+  // The torque and its limit become those from before torque_on(). Throws InputError, when both were sent:
+  // the servo has not confirmed them.
+  void torque_back();
   // rad/s of the joint, on the servo's own way to a goal; 0: the fastest.
   void set_speed(double speed);
   [[nodiscard]] bool write_goal(double q);
@@ -35,6 +40,7 @@ class SlowJoint {
  private:
   [[noreturn]] void refuse() const;
   [[nodiscard]] const ServoRegister& which(ServoRole role) const { return *servo_.model->find(role); }
+  std::int64_t read(ServoRole role);
   void write(ServoRole role, std::int64_t value);
 
   ServoBus& bus_;
@@ -44,6 +50,7 @@ class SlowJoint {
   const std::function<bool()>& ends_;
   std::vector<BusServo> servos_;
   std::vector<ServoReading> readings_;
+  std::vector<bool> answered_;  // by the joints of the setup, the last read()
   std::size_t index_ = 0;
   bool was_on_ = false, ended_ = false;
   std::int64_t limit_ = 0;

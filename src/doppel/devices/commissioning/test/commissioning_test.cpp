@@ -11,11 +11,13 @@
 #include "doppel/devices/commissioning/nudge.h"
 #include "doppel/devices/commissioning/recovery.h"
 #include "doppel/devices/drivers/test/driver_bench.h"
+#include "doppel/devices/emulation/test/endless_link.h"
 
 namespace doppel {
 namespace {
 
 using test::DriverBench;
+using test::SentRequest;
 using testing::HasSubstr;
 
 constexpr double kThreeDegrees = 3 * std::numbers::pi / 180;
@@ -25,7 +27,7 @@ struct Commissioned : DriverBench {
   explicit Commissioned(const std::string& plugin = "doppel/FeetechSts",
                         const std::string& joint_params = "<param name=\"offset_deg\">0</param>")
       : DriverBench(plugin, DriverBench::gentle_off(), joint_params),
-        wire(devices, "emulated", 1000000),
+        wire(loses, devices, "emulated", 1000000),
         bus(wire, servo.protocol, 1000000) {
     static_cast<void>(initialise());
     wire.set_world([this](Time when) {
@@ -34,7 +36,7 @@ struct Commissioned : DriverBench {
     wire.follow(machine.now);
   }
   [[nodiscard]] const ServoSetup& setup() const { return driver->setup(); }
-  EmulatedLink wire;
+  test::LossyLink wire;
   ServoBus bus;
 };
 
@@ -75,6 +77,18 @@ TEST(BusScan, SilentLinkFindsNothingAndReportsProgress) {
   EXPECT_TRUE(found.empty());
   EXPECT_THAT(tried, testing::ElementsAre("feetech at 1000000 bit/s", "dynamixel at 1000000 bit/s",
                                           "servo_line at 1000000 bit/s"));
+}
+
+// A receiver of GPS, for instance: a link has bytes of it after each deadline, too.
+TEST(BusScan, DeviceThatSendsWithoutEndIsNotFound) {
+  Commissioned bench;
+  const std::string text = "$GPGGA,123519,4807.038,N,01131.000,E\r\n";
+  test::EndlessLink link(bench.devices, "receiver", 1000000);
+  link.follow(bench.machine.now);
+  link.begin(std::vector<std::uint8_t>(text.begin(), text.end()));
+  const Time begin = link.now();
+  EXPECT_TRUE(scan_link(link, {.rates = {1000000}, .last_id = 5}).empty());
+  EXPECT_LT(to_seconds(link.now() - begin), 2);
 }
 
 TEST(BusCheck, FactoryServosNeedChangesAndPassAfterThem) {
@@ -125,6 +139,40 @@ TEST(BusCheck, SupplyFaultAndMissingServoAreNamed) {
   EXPECT_THAT(text, HasSubstr("'j3' (id 3): does not answer"));
 }
 
+TEST(BusCheck, ServoThatFallsSilentDuringCheckDoesNotPass) {
+  Commissioned bench;
+  const auto backup =
+      std::filesystem::temp_directory_path() / ("registers_" + std::to_string(::getpid()) + ".yaml");
+  apply_changes(bench.bus, bench.setup(), check_bus(bench.bus, bench.setup()).changes, backup);
+  std::filesystem::remove(backup);
+  const Time begin = bench.wire.now();
+  ASSERT_TRUE(check_bus(bench.bus, bench.setup()).passed());
+  const Duration whole = bench.wire.now() - begin;
+  for (int tenth = 0; tenth < 10; ++tenth) {
+    bench.devices.set_faults({});
+    // After this time the bus expects no missing answer any more.
+    bench.wire.wait_until(bench.wire.now() + from_seconds(1));
+    ASSERT_TRUE(check_bus(bench.bus, bench.setup()).passed());
+    bench.devices.add_fault({.kind = FaultKind::drop, .begin = bench.wire.now() + whole * tenth / 10});
+    EXPECT_FALSE(check_bus(bench.bus, bench.setup()).passed()) << "silent from " << tenth << " tenths on";
+  }
+}
+
+TEST(BusCheck, SilentServoIsNotTakenForRestored) {
+  Commissioned bench;
+  const auto backup =
+      std::filesystem::temp_directory_path() / ("registers_" + std::to_string(::getpid()) + ".yaml");
+  apply_changes(bench.bus, bench.setup(), check_bus(bench.bus, bench.setup()).changes, backup);
+  bench.devices.add_fault({.kind = FaultKind::drop, .servo = 2, .begin = bench.wire.now()});
+  try {
+    static_cast<void>(changes_back(bench.bus, bench.setup(), backup));
+    ADD_FAILURE() << "expected that the silent servo is an error";
+  } catch (const InputError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("'j2' (id 2) does not answer"));
+  }
+  std::filesystem::remove(backup);
+}
+
 TEST(BusCheck, LimitsBeyondTurnAreError) {
   Commissioned bench("doppel/FeetechSts", "<param name=\"offset_deg\">90</param>");
   const BusCheck check = check_bus(bench.bus, bench.setup());
@@ -160,6 +208,63 @@ TEST(Nudge, UnknownJointAndSilentServoAreErrors) {
   } catch (const InputError& problem) {
     EXPECT_THAT(problem.what(), HasSubstr("'j2' (id 2) does not answer"));
   }
+}
+
+// It may have moved as well, before the motion or during it.
+TEST(Nudge, OtherServoThatIsSilentIsNamed) {
+  for (const double begin : {0.0, 0.5}) {
+    Commissioned bench;
+    bench.devices.add_fault(
+        {.kind = FaultKind::drop, .servo = 3, .begin = bench.wire.now() + from_seconds(begin)});
+    try {
+      static_cast<void>(nudge(bench.bus, bench.setup(), "j2", {}));
+      ADD_FAILURE() << "expected that a servo silent from " << begin << " s on is an error";
+    } catch (const InputError& problem) {
+      EXPECT_THAT(problem.what(), HasSubstr("'j3' (id 3) does not answer"));
+    }
+    EXPECT_NEAR(bench.q(1), 0, 0.003);
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0);
+  }
+}
+
+TEST(Nudge, UnconfirmedLimitLeavesNoTorqueOn) {
+  for (const char* const plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    const ServoRegister& limit = *bench.servo.find(ServoRole::torque_limit);
+    int written = 0;
+    bench.loses = [&](const SentRequest& request) { return request.writes(limit) && ++written > 1; };
+    EXPECT_THROW(static_cast<void>(nudge(bench.bus, bench.setup(), "j2", {})), InputError);
+    EXPECT_GT(written, 1) << "expected that the limit is written back";
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0);
+  }
+}
+
+TEST(Nudge, UnconfirmedTorqueIsSwitchedOffAgain) {
+  for (const char* const plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    const ServoRegister& torque = *bench.servo.find(ServoRole::torque_enable);
+    // The write reaches the servo, and its answer is lost.
+    bench.loses = [&](const SentRequest& request) {
+      const Time now = bench.wire.now();
+      if (request.writes(torque) && request.value != 0)
+        bench.devices.add_fault(
+            {.kind = FaultKind::drop, .servo = 2, .begin = now, .end = now + from_seconds(0.001)});
+      return false;
+    };
+    EXPECT_THROW(static_cast<void>(nudge(bench.bus, bench.setup(), "j2", {})), InputError);
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0);
+  }
+}
+
+TEST(Nudge, ServoThatFallsSilentOnItsWayHasItsTorqueOff) {
+  Commissioned bench;
+  int calls = 0;
+  const auto falls_silent = [&] {
+    if (++calls == 10) bench.devices.add_fault({.kind = FaultKind::drop, .servo = 2});
+    return false;
+  };
+  EXPECT_THROW(static_cast<void>(nudge(bench.bus, bench.setup(), "j2", {.ends = falls_silent})), InputError);
+  EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0);
 }
 
 TEST(Nudge, PersonEndsMotion) {

@@ -27,7 +27,8 @@ class ServoGroup {
   // goals, which are written and read back before. Refused: a goal is not where the servo is; all torque is
   // as it was.
   virtual Status start(double torque) = 0;
-  // True: a servo holds its joint already, as after a host that was killed. May wait for answers.
+  // True: a servo holds its joint already, as after a host that was killed, or does not say whether it does.
+  // May wait for answers.
   virtual bool has_torque() = 0;
   virtual Status relax() = 0;  // all torque off
   // The torque of one joint off; no goal is written to it until it is caught. Refused: not confirmed.

@@ -10,6 +10,7 @@
 
 #include "doppel/description/urdf/load.h"
 #include "doppel/devices/drivers/servo_hardware.h"
+#include "doppel/devices/drivers/test/lossy_link.h"
 #include "doppel/devices/emulation/bus_emulator.h"
 #include "doppel/devices/emulation/emulated_link.h"
 #include "doppel/devices/emulation/test/test_machine.h"
@@ -47,7 +48,7 @@ struct DriverBench {
         machine(devices, 3) {
     log.add_sink([this](const LogLine& line) { logged += line.text + "\n"; });
     driver = std::make_unique<ServoHardware>([this](const ServoSetup& setup) {
-      auto out = std::make_unique<EmulatedLink>(devices, "emulated", setup.rate);
+      auto out = std::make_unique<LossyLink>(loses, devices, "emulated", setup.rate);
       link = out.get();
       link->follow(machine.now);
       return out;
@@ -116,6 +117,7 @@ struct DriverBench {
   const ServoModel& servo;
   BusEmulator devices;
   TestMachine machine;
+  LossyLink::Loses loses;  // the requests that do not reach the servos
   EmulatedLink* link = nullptr;
   std::unique_ptr<ServoHardware> driver;
   std::vector<double> states, commands;

@@ -267,6 +267,16 @@ TEST_P(JointReleaseOf, UnconfirmedReleaseIsRefusedAndHeld) {
 INSTANTIATE_TEST_SUITE_P(Protocols, JointReleaseOf,
                          testing::Values("doppel/FeetechSts", "doppel/DynamixelX"));
 
+// A servo with a latched overload confirms the write of its torque, and stays without it.
+TEST(JointRelease, ServoThatRefusesItsTorqueIsNotCaught) {
+  FallingArm arm("doppel/DynamixelX");
+  ASSERT_TRUE(arm.release(0.3));
+  arm.bench.devices.add_fault({.kind = FaultKind::overload, .servo = 2, .begin = arm.bench.machine.now});
+  EXPECT_EQ(arm.cycles_until_caught(0, 60), -1);
+  EXPECT_TRUE(arm.report().released);
+  EXPECT_EQ(arm.report().torque_on, Time{});
+}
+
 TEST(RestWatch, RestIsTimeWithinBand) {
   RestWatch watch(0.01);
   Time now{};

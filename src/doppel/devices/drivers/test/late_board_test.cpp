@@ -3,12 +3,14 @@
 
 #include <cmath>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "doppel/devices/drivers/detail/servo_group.h"
 #include "doppel/devices/emulation/board_emulator.h"
-#include "doppel/devices/emulation/emulated_link.h"
+#include "doppel/devices/emulation/test/endless_link.h"
 #include "doppel/devices/emulation/test/test_machine.h"
+#include "doppel/devices/frames/servo_line.h"
 
 namespace doppel {
 namespace {
@@ -50,14 +52,23 @@ class LateBoard : public testing::Test {
     answered_ = (board_.pulse(0) - 1500) / 2000 * M_PI;
   }
   void wait() { link_.wait_until(link_.now() + kBoardPeriod); }
+  // From now on the board sends this line again and again.
+  void send_without_end(std::string_view body) {
+    FrameBytes line;
+    add_servo_line(body, line);
+    link_.begin(std::vector<std::uint8_t>(line.bytes().begin(), line.bytes().end()));
+    endless_since_ = link_.now();
+  }
+  [[nodiscard]] double waited() const { return to_seconds(link_.now() - endless_since_); }
 
   ServoSetup setup_;
   BoardEmulator board_{std::vector<HobbyServo>{{.channel = 0, .velocity = 6}}};
   test::TestMachine machine_{board_, 1};
-  EmulatedLink link_{board_, "emulated", 115200};
+  test::EndlessLink link_{board_, "emulated", 115200};
   std::unique_ptr<ServoGroup> group_;
   std::vector<ServoReading> readings_;
   double answered_ = 0;  // rad: what the board has answered the last command with
+  Time endless_since_{};
 };
 
 TEST_F(LateBoard, StateIsAnswerToOwnCommand) {
@@ -82,6 +93,26 @@ TEST_F(LateBoard, NoLineIsConfirmedByEarlierAnswer) {
   EXPECT_FALSE(group_->relax()) << "a line that the board has not confirmed";
   const Status confirmed = group_->relax();
   EXPECT_TRUE(confirmed) << confirmed.why();
+}
+
+// A link has bytes of such a partner after each deadline, too.
+TEST_F(LateBoard, NoiseWithoutEndIsNoAnswer) {
+  send_without_end("noise");
+  EXPECT_FALSE(group_->relax());
+  EXPECT_EQ(group_->read(readings_), 0U);
+  EXPECT_LT(waited(), 0.2);
+}
+
+TEST_F(LateBoard, AnswersWithoutEndAreNoState) {
+  send_without_end("A W");
+  EXPECT_EQ(group_->read(readings_), 0U);
+  EXPECT_LT(waited(), 0.1);
+}
+
+TEST_F(LateBoard, StatesWithoutEndConfirmNoLine) {
+  send_without_end("T 1 0 0 5000 1500");
+  EXPECT_FALSE(group_->relax());
+  EXPECT_LT(waited(), 0.1);
 }
 
 TEST_F(LateBoard, SecondCommandOfCycleIsAnsweredByItsOwnState) {

@@ -4,13 +4,17 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
+#include "doppel/devices/drivers/detail/servo_group.h"
 #include "doppel/devices/drivers/test/driver_bench.h"
 
 namespace doppel {
 namespace {
 
 using test::DriverBench;
+using test::SentRequest;
+using testing::AllOf;
 using testing::HasSubstr;
 
 class EveryDriver : public testing::TestWithParam<const char*> {};
@@ -236,6 +240,70 @@ TEST_P(EveryDriver, AnswerLostAtStartIsAskedForAgain) {
   EXPECT_TRUE(activated) << activated.why();
 }
 
+TEST_P(EveryDriver, ReadingLostAtConfigurationIsAskedForAgain) {
+  DriverBench bench(GetParam());
+  ASSERT_TRUE(bench.initialise());
+  bool lost = false;
+  bench.loses = [&](const SentRequest& request) {
+    return request.reads_all_servos() && !std::exchange(lost, true);
+  };
+  const Status configured = bench.driver->on_configure();
+  EXPECT_TRUE(configured) << configured.why();
+  EXPECT_TRUE(lost) << "expected a reading of all servos";
+}
+
+TEST_P(EveryDriver, ServoWithUnansweredRegisterIsRefused) {
+  using enum ServoRole;
+  for (const ServoRole role : {operating_mode, homing_offset, present_voltage, errors}) {
+    DriverBench bench(GetParam());
+    ASSERT_TRUE(bench.initialise());
+    ServoSetup setup = bench.driver->setup();
+    setup.joints[1].recorded = RecordedCalibration{};
+    const ServoRegister& silent = *bench.servo.find(role);
+    bench.loses = [&](const SentRequest& request) { return request.id == 2 && request.reads(silent); };
+    test::LossyLink link(bench.loses, bench.devices, "lossy", setup.rate);
+    link.follow(bench.machine.now);
+    const Status connected = make_register_group(setup, link)->connect();
+    EXPECT_THAT(connected.why(), AllOf(HasSubstr("'j2' (id 2"), HasSubstr(std::string(silent.name))));
+  }
+}
+
+TEST_P(EveryDriver, LateAnswerDoesNotHideThatArmIsHeld) {
+  for (const bool held : {false, true}) {
+    DriverBench bench(GetParam());
+    const std::int64_t whole = bench.servo.whole_torque;
+    for (RegisterServo& one : bench.devices.servos()) {
+      one.set(ServoRole::torque_enable, held ? 1 : 0);
+      one.set(ServoRole::torque_limit, whole);
+    }
+    const ServoRegister& torque = *bench.servo.find(ServoRole::torque_enable);
+    bench.loses = [&](const SentRequest& request) {
+      const Time now = bench.link->now();
+      if (request.reads(torque))
+        bench.devices.add_fault(
+            {.kind = FaultKind::late, .begin = now, .end = now + from_seconds(0.001), .amount = 0.02});
+      return false;
+    };
+    bench.start();
+    const double share = static_cast<double>(bench.devices.servos()[0].value(ServoRole::torque_limit)) /
+                         static_cast<double>(whole);
+    EXPECT_NEAR(share, held ? 1.0 : 0.3, 0.01);
+  }
+}
+
+TEST_P(EveryDriver, ArmThatDoesNotSayWhetherItIsHeldKeepsItsTorque) {
+  DriverBench bench(GetParam());
+  const std::int64_t whole = bench.servo.whole_torque;
+  for (RegisterServo& one : bench.devices.servos()) {
+    one.set(ServoRole::torque_enable, 1);
+    one.set(ServoRole::torque_limit, whole);
+  }
+  const ServoRegister& torque = *bench.servo.find(ServoRole::torque_enable);
+  bench.loses = [&](const SentRequest& request) { return request.reads(torque); };
+  bench.start();
+  for (RegisterServo& one : bench.devices.servos()) EXPECT_EQ(one.value(ServoRole::torque_limit), whole);
+}
+
 TEST_P(EveryDriver, ServoThatStaysSilentAtStartIsRefused) {
   DriverBench bench(GetParam());
   ASSERT_TRUE(bench.initialise());
@@ -328,6 +396,17 @@ TEST(ServoHardware, WrongModelAndSupplyAreNamed) {
   ASSERT_FALSE(status);
   EXPECT_THAT(status.why(), HasSubstr("'j1' (id 1, STS3215) is another model: number 9"));
   EXPECT_THAT(status.why(), HasSubstr("'j2' (id 2, STS3215) has a supply of 12.0 V"));
+}
+
+// It confirms the write of its torque, and stays without it.
+TEST(ServoHardware, ServoThatRefusesItsTorqueRefusesActivation) {
+  DriverBench bench("doppel/DynamixelX");
+  ASSERT_TRUE(bench.initialise());
+  ASSERT_TRUE(bench.driver->on_configure());
+  bench.devices.add_fault({.kind = FaultKind::overload, .servo = 2, .begin = bench.machine.now});
+  for (int i = 0; i < 10; ++i) bench.machine.step();
+  EXPECT_THAT(bench.driver->on_activate().why(), HasSubstr("'j2' (id 2, XL430-W250) does not confirm"));
+  for (RegisterServo& one : bench.devices.servos()) EXPECT_EQ(one.value(ServoRole::torque_enable), 0);
 }
 
 TEST(ServoHardware, DirectionScaleAndOffsetMapJointsToShafts) {

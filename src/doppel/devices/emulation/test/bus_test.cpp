@@ -13,6 +13,7 @@
 #include "doppel/devices/emulation/board_emulator.h"
 #include "doppel/devices/emulation/bus_emulator.h"
 #include "doppel/devices/emulation/emulated_link.h"
+#include "doppel/devices/emulation/test/endless_link.h"
 #include "doppel/devices/emulation/test/test_machine.h"
 #include "doppel/devices/frames/servo_line.h"
 
@@ -75,6 +76,20 @@ struct Bench {
   TestMachine machine;
   std::vector<BusServo> servos;
 };
+
+// The status of a servo that no request was for.
+std::vector<std::uint8_t> answer_of_stranger(ServoProtocol protocol) {
+  constexpr std::uint8_t kStranger = 9;
+  const std::array<std::uint8_t, 1> no_error{0};
+  FrameBytes frame;
+  if (protocol == ServoProtocol::feetech) {
+    add_feetech_frame({kStranger, 0, {}}, frame);
+  } else {
+    add_dynamixel_frame({kStranger, static_cast<std::uint8_t>(DynamixelInstruction::status), no_error},
+                        frame);
+  }
+  return {frame.bytes().begin(), frame.bytes().end()};
+}
 
 class EveryBus : public testing::TestWithParam<const char*> {};
 
@@ -323,6 +338,34 @@ TEST_P(EveryBus, NoiseThatNoLineCanCarryIsLost) {
     for (int i = 0; i < 12'000; ++i) bench.devices.receive(noise, begin, rate);  // 6 MB, by a pipe
     bench.machine.run(bench.link, 0.3);
     EXPECT_TRUE(bench.bus.ping(1)) << "after noise at " << rate << " bit/s";
+  }
+}
+
+// A link has bytes of such a partner after each deadline, too.
+TEST_P(EveryBus, RequestEndsWherePartnerSendsWithoutEnd) {
+  for (const bool frames : {false, true}) {
+    SCOPED_TRACE(frames ? "answers of another servo" : "noise");
+    Bench bench(GetParam(), 1);
+    std::vector<std::uint8_t> bytes{'n', 'o', 'i', 's', 'e'};
+    if (frames) bytes = answer_of_stranger(bench.model.protocol);
+    test::EndlessLink link(bench.devices, "endless", kRate);
+    link.follow(bench.machine.now);
+    link.begin(bytes);
+    ServoBus bus(link, bench.model.protocol, kRate);
+    bus.set_patience(from_seconds(0.005));
+    bus.begin_cycle(bench.servos, false);
+    std::vector<ServoReading> readings(1);
+    const ServoRegister& position = *bench.model.find(ServoRole::present_position);
+    Time begin = link.now();
+    EXPECT_FALSE(bus.read(1, position, 1));
+    EXPECT_EQ(bus.read_all(readings), 0U);
+    EXPECT_LT(to_seconds(link.now() - begin), 0.02);
+    // So many answers are missing in the end that the bus waits for a quiet line.
+    for (int i = 0; i < 20; ++i) {
+      begin = link.now();
+      EXPECT_FALSE(bus.read(1, position, 1));
+      EXPECT_LT(to_seconds(link.now() - begin), 0.3) << "read " << i;
+    }
   }
 }
 

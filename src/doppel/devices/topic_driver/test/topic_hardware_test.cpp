@@ -353,6 +353,19 @@ TEST(TopicHardware, ClockThatIsSetBackIsFollowed) {
   EXPECT_NEAR(bench.q[0], 0.5, 1e-3);
 }
 
+TEST(TopicHardware, ClockThatIsSetBackIsFollowedAfterLateState) {
+  TopicBench bench("<param name=\"fault_after\">1</param>");
+  bench.start();
+  bench.commands = {0.5, -0.4};
+  bench.skew -= std::chrono::milliseconds(1000);
+  JointState late = bench.state();
+  late.header.stamp = to_time_msg(bench.now + bench.skew - std::chrono::milliseconds(150));
+  bench.publish(late);
+  ASSERT_EQ(bench.run(0.7), HardwareReturn::ok) << bench.logged;
+  EXPECT_THAT(bench.logged, HasSubstr("was set back"));
+  EXPECT_EQ(bench.driver->state(), DriverState::active);
+}
+
 // They come at once, as a network delivers what it has held back.
 TEST(TopicHardware, OldStatesThatComeAtOnceAreNoClock) {
   TopicBench bench;
