@@ -50,9 +50,13 @@ void ParameterSnapshot::Values::drop_missing_nodes(const Bus& bus) {
 }
 
 std::string ParameterSnapshot::text() const {
-  const std::lock_guard lock(values_->mutex);
+  // The loop waits for this lock, so that it is not held while the text is made.
+  const auto by_node = [this] {
+    const std::lock_guard lock(values_->mutex);
+    return values_->by_node;
+  }();
   std::string out;
-  for (const auto& [node, values] : values_->by_node) {
+  for (const auto& [node, values] : by_node) {
     if (!values.empty()) out += parameter_file_text(node, {values.begin(), values.end()});
   }
   return out;

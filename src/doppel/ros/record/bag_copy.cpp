@@ -1,6 +1,9 @@
 #include "doppel/ros/record/bag_copy.h"
 
 #include <map>
+#include <vector>
+
+#include "doppel/ros/record/pending_latched.h"
 
 namespace doppel {
 namespace {
@@ -22,28 +25,23 @@ class CopiedTopics {
   std::map<std::size_t, std::size_t> topics_;
 };
 
-struct Latched {
-  std::uint32_t sequence = 0;
-  std::uint64_t publish_time = 0;
-  std::vector<std::byte> data;
-};
-
-std::map<std::size_t, Latched> latched_before(BagReader& bag, std::uint64_t start,
-                                              const TopicSelection& topics) {
-  std::map<std::size_t, Latched> out;
+// Each publisher of a topic keeps messages of its own.
+PendingLatched latched_before(BagReader& bag, std::uint64_t start, const TopicSelection& topics,
+                              CopiedTopics& copied) {
+  PendingLatched out;
   if (start <= bag.contents().start) return out;
   TopicSelection latched = topics;
   latched.topics.clear();
-  for (std::size_t i = 0; i < bag.contents().topics.size(); ++i) {
-    const BagTopic& topic = bag.contents().topics[i];
-    if (bag.latched(i) > 0 && topics.selects(topic.name, topic.type)) latched.topics.push_back(topic.name);
+  std::vector<std::size_t> counts;  // by topic
+  for (const BagTopic& topic : bag.contents().topics) {
+    counts.push_back(bag.latched(counts.size()));
+    if (counts.back() > 0 && topics.selects(topic.name, topic.type)) latched.topics.push_back(topic.name);
   }
   if (latched.topics.empty()) return out;
   bag.seek(0, start, latched);
   while (const auto message = bag.next()) {
-    if (bag.latched(message->topic) > 0)
-      out[message->topic] = {
-          message->sequence, message->publish_time, {message->data.begin(), message->data.end()}};
+    if (const std::size_t count = counts[message->topic]; count > 0)
+      out.keep(copied[message->topic], count, message->sequence, message->publish_time, message->data);
   }
   return out;
 }
@@ -60,8 +58,7 @@ bool copy_from(BagReader& bag, std::uint64_t start, std::uint64_t end, const Top
                BagWriter& copy, const std::function<bool(double)>& progress) {
   constexpr std::uint64_t kLook = 4096;  // messages between two reports of progress
   CopiedTopics copied(bag, copy);
-  for (const auto& [topic, message] : latched_before(bag, start, topics))
-    copy.write(copied[topic], message.sequence, start, message.publish_time, message.data);
+  latched_before(bag, start, topics, copied).write(copy, start);
   bag.seek(start, end, topics);
   const auto all = static_cast<double>(bag.contents().messages);
   std::uint64_t count = 0;

@@ -10,9 +10,10 @@
 
 namespace doppel {
 
-// Copies messages with log times in [start, end) of the selected topics. The latest message of each latched
-// topic before them comes first, so that what was sent long before is there. `progress`: called with the
-// completed fraction, 0..1; false ends it. False: it was ended. Throws what the reader and the writer throw.
+// Copies messages with log times in [start, end) of the selected topics. The latest messages of the latched
+// publishers before them come first, as many as BagReader::latched(), so that what was sent long before is
+// there. `progress`: called with the completed fraction, 0..1; false ends it. False: it was ended. Throws
+// what the reader and the writer throw.
 DOPPEL_API bool copy_from(BagReader& bag, std::uint64_t start, std::uint64_t end,
                           const TopicSelection& topics, BagWriter& copy,
                           const std::function<bool(double)>& progress = {});

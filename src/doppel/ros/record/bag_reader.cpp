@@ -61,6 +61,22 @@ std::string text_of(const std::vector<std::pair<std::string, std::string>>& text
   return found == texts.end() ? "" : found->second;
 }
 
+// How many last messages those get who come later, by the qualities that publishers offer. rosbag2 has
+// written the policies' numbers before Jazzy.
+std::size_t latched_of(const std::string& qos) {
+  constexpr std::size_t kMaxOfPublisher = 64;
+  std::size_t sum = 0, depth = 1;
+  std::istringstream lines(qos);
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::string_view kDepth = "depth: ";
+    if (const std::size_t found = line.find(kDepth); found != std::string::npos)
+      std::from_chars(line.data() + found + kDepth.size(), line.data() + line.size(), depth);
+    if (line.ends_with("durability: transient_local") || line.ends_with("durability: 1"))
+      sum += std::clamp<std::size_t>(depth, 1, kMaxOfPublisher);
+  }
+  return sum;
+}
+
 // Why a file has no index; empty: it has one.
 std::string note_about(const std::string& path, const McapContents& contents) {
   const std::string name = fs::path(path).filename().string();
@@ -155,12 +171,18 @@ struct BagReader::Impl {
       topic.name = channel.topic;
       topic.type = type;
       topic.encoding = channel.message_encoding;
-      topic.qos = text_of(channel.metadata, "offered_qos_profiles");
       topic.type_hash = text_of(channel.metadata, "topic_type_hash");
       if (schema != nullptr) {
         topic.schema.assign(reinterpret_cast<const char*>(schema->data.data()), schema->data.size());
         topic.schema_encoding = schema->encoding;
       }
+    }
+    // The recorder begins another channel for a topic when a latched publisher joins.
+    const std::string qos = text_of(channel.metadata, "offered_qos_profiles");
+    const std::size_t latched = latched_of(qos);
+    if (is_new || latched > topic.latched) {
+      topic.qos = qos;
+      topic.latched = latched;
     }
     topic.messages += channel.message_count.value_or(0);
     topic.counted = topic.counted && channel.message_count.has_value();
@@ -244,19 +266,8 @@ const BagContents& BagReader::contents() const {
   return impl_->contents;
 }
 
-// rosbag2 has written the policies' numbers before Jazzy.
 std::size_t BagReader::latched(std::size_t topic) const {
-  constexpr std::size_t kMaxOfPublisher = 64;
-  std::size_t sum = 0, depth = 1;
-  std::istringstream lines(impl_->contents.topics[topic].qos);
-  for (std::string line; std::getline(lines, line);) {
-    constexpr std::string_view kDepth = "depth: ";
-    if (const std::size_t found = line.find(kDepth); found != std::string::npos)
-      std::from_chars(line.data() + found + kDepth.size(), line.data() + line.size(), depth);
-    if (line.ends_with("durability: transient_local") || line.ends_with("durability: 1"))
-      sum += std::clamp<std::size_t>(depth, 1, kMaxOfPublisher);
-  }
-  return sum;
+  return impl_->contents.topics[topic].latched;
 }
 
 void BagReader::seek(std::uint64_t start, std::uint64_t end, const TopicSelection& topics) {

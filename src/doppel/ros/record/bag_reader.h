@@ -23,7 +23,10 @@ namespace doppel {
 struct BagTopic {
   std::string name, type, encoding;     // encoding: of the messages, "cdr"
   std::string schema, schema_encoding;  // "ros2msg"
-  std::string qos, type_hash;           // as rosbag2 writes them; empty: not known
+  // The texts that rosbag2 writes; empty: not known. The qualities are those of the channel with the most
+  // latched messages, as a publisher may have joined later.
+  std::string qos, type_hash;
+  std::size_t latched = 0;  // by the qualities, see BagReader::latched()
   std::uint64_t messages = 0;
   bool counted = true;  // false: a file does not say
 };

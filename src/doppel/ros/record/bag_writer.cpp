@@ -48,7 +48,7 @@ struct BagWriter::Topic {
 };
 
 BagWriter::BagWriter(BagWriterOptions options) : options_(std::move(options)) {
-  if (options_.sink == nullptr) make_folder(options_.folder);
+  if (options_.sink == nullptr && !options_.is_folder_made) make_folder(options_.folder);
   metadata_.distro = options_.distro;
   metadata_.custom = options_.custom;
   try {
@@ -103,7 +103,12 @@ std::size_t BagWriter::add_topic(const RecordedTopic& topic) {
   });
   const auto index = static_cast<std::size_t>(found - topics_.begin());
   if (found != topics_.end()) {
-    found->about.latched = std::max(found->about.latched, topic.latched);
+    if (topic.latched <= found->about.latched) return index;
+    // A latched publisher has joined. Readers count the publishers by the qualities of the channels, which
+    // cannot be changed, so that the next message begins another channel.
+    found->about.latched = topic.latched;
+    found->about.qos = metadata_.topics[index].qos = topic.qos;
+    found->channel = 0;
     return index;
   }
   topics_.push_back({topic, 0, {}});

@@ -21,6 +21,7 @@ namespace doppel {
 
 struct BagWriterOptions {
   std::filesystem::path folder;  // is made
+  bool is_folder_made = false;   // by the caller, and empty
   // Instead of a folder: the one file of the bag, which is never split; `folder` names it. It outlives the
   // writer. There is no metadata.yaml.
   McapSink* sink = nullptr;
@@ -54,7 +55,8 @@ class DOPPEL_API BagWriter {
   // The functions below throw InputError "output.unwritable", for instance when the disk is full; what
   // was written before stays readable, and only close() may be called.
 
-  // The number of the topic, for write(). A topic of the same name and type is the same.
+  // The number of the topic, for write(). A topic of the same name and type is the same; when it has more
+  // latched messages than before, its qualities are those of this call.
   std::size_t add_topic(const RecordedTopic& topic);
   // Times in ns. `sequence`: of the topic's messages, from 1 on; 0: not counted.
   void write(std::size_t topic, std::uint32_t sequence, std::uint64_t log_time, std::uint64_t publish_time,

@@ -97,6 +97,14 @@ void BusRecorder::subscribe() {
   }
 }
 
+// A publisher that joins later keeps a latched message of its own on a topic that is recorded already.
+void BusRecorder::count_publishers() {
+  counted_ = bus_.graph_version();
+  for (const TopicInfo& topic : bus_.topics()) {
+    if (topic.latched && recorded_.contains(topic.id)) writer_.add_topic(recorded_topic(topic));
+  }
+}
+
 void BusRecorder::record(const Edge::Incoming& message) {
   const auto found = recorded_.find(message.topic);
   if (found == recorded_.end()) return;
@@ -137,7 +145,7 @@ void BusRecorder::offer_services() {
 void BusRecorder::act(RecorderAction action, std::function<void(bool)> done) {
   {
     const std::lock_guard lock(requests_mutex_);
-    if (!refusal_) {
+    if (!refusal_ && actions_.size() < kMaxRequests) {
       actions_.push_back({action, std::move(done)});
       return;
     }
@@ -210,30 +218,35 @@ void BusRecorder::copy(Copy request) {
   std::string refusal;
   {
     const std::lock_guard lock(requests_mutex_);
-    if (!refusal_ && copies_.size() < kMaxCopies) {
-      copies_.push_back(std::move(request));
+    const auto others = static_cast<std::size_t>(std::ranges::count(copies_, false, &Copy::is_urgent));
+    if (!refusal_ && (request.is_urgent || others < kMaxRequests)) {
+      const auto place =
+          request.is_urgent ? std::ranges::find(copies_, false, &Copy::is_urgent) : copies_.end();
+      copies_.insert(place, std::move(request));
       return;
     }
-    refusal = refusal_.value_or(fmt::format("{} requests wait already", kMaxCopies));
+    refusal = refusal_.value_or(fmt::format("{} requests wait already", kMaxRequests));
   }
   if (request.done) request.done(refusal);
 }
 
-void BusRecorder::serve_copies() {
-  std::vector<Copy> requests;
+// False: none waits. One copy reads all that is kept, so that the ring would overflow during several of them.
+bool BusRecorder::serve_copy() {
+  Copy request;
   {
     const std::lock_guard lock(requests_mutex_);
-    requests.swap(copies_);
+    if (copies_.empty()) return false;
+    request = std::move(copies_.front());
+    copies_.erase(copies_.begin());
   }
-  for (const Copy& request : requests) {
-    std::string failure;
-    try {
-      make_copy(request);
-    } catch (...) {
-      failure = thrown_text();
-    }
-    if (request.done) request.done(failure);
+  std::string failure;
+  try {
+    make_copy(request);
+  } catch (...) {
+    failure = thrown_text();
   }
+  if (request.done) request.done(failure);
+  return true;
 }
 
 // The present file goes on and is read as a whole: many copies make no more files.
@@ -269,7 +282,12 @@ void BusRecorder::prune() {
 
 void BusRecorder::take_messages() {
   Edge::Incoming message;
-  while (edge_->next(message)) record(message);
+  while (edge_->next(message)) {
+    // The count is that of the time of the message: the first one of a publisher that has joined would else
+    // replace the latched message of another.
+    if (counted_ != bus_.graph_version()) count_publishers();
+    record(message);
+  }
 }
 
 void BusRecorder::take() {
@@ -294,7 +312,7 @@ void BusRecorder::run() {
       if (graph_ != bus_.graph_version()) subscribe();
       prune();
       if (options_.on_look) options_.on_look();
-      serve_copies();
+      serve_copy();
       if (Clock::now() < due) continue;
       writer_.start_sync();
       due = Clock::now() + kFlush;
@@ -302,7 +320,7 @@ void BusRecorder::run() {
     take_messages();
     serve_actions();
     if (options_.on_look) options_.on_look();
-    serve_copies();
+    while (serve_copy()) take_messages();
   } catch (const InputError& error) {
     fail(error.diagnostics().front().message);
   } catch (...) {

@@ -72,20 +72,23 @@ class DOPPEL_API BusRecorder {
   // thread.
   void let_catch_up() const;
   // Copies the last messages to another bag, on the recorder's thread: those of `last` before now, and the
-  // latched ones. A bag that cannot be completed is removed. The functions are called there. Once the
-  // recording has ended, or while kMaxCopies wait, copy() itself calls `done` with the reason.
+  // latched ones. A bag that cannot be completed is removed. The functions are called there. Messages are
+  // taken between two copies. Once the recording has ended, or while kMaxRequests wait, copy() itself calls
+  // `done` with the reason.
   struct Copy {
     Duration last{};
     std::function<std::unique_ptr<BagWriter>()> make_bag = {};
     // Attachments and metadata, before the messages; `time` in ns, for attachments.
     std::function<void(BagWriter&, std::uint64_t time)> add_parts = {};
     std::function<void(const std::string& failure)> done = {};  // with the reason, or ""
+    // It is made before the others, and is not refused because of their number.
+    bool is_urgent = false;
   };
-  static constexpr std::size_t kMaxCopies = 32;
+  static constexpr std::size_t kMaxRequests = 32;  // of copy(), and of act()
   void copy(Copy request);
   // On the recorder's thread, after the messages so far: messages are left out until resume, which begins
   // with the last latched ones; the next message begins a new file; or the bag is closed, and nothing is
-  // recorded any more. `done`: called there, false: the recording has ended.
+  // recorded any more. `done`: called there; false, at once: the recording has ended, or kMaxRequests wait.
   void act(RecorderAction action, std::function<void(bool)> done);
   [[nodiscard]] bool is_paused() const { return paused_.load(); }
   [[nodiscard]] std::uint64_t messages() const { return messages_.load(std::memory_order_relaxed); }
@@ -101,11 +104,12 @@ class DOPPEL_API BusRecorder {
   void run();
   void fail(const std::string& why);
   void subscribe();
+  void count_publishers();
   void take_messages();
   void record(const Edge::Incoming& message);
   void close();
   void prune();
-  void serve_copies();
+  bool serve_copy();
   void make_copy(const Copy& request);
   struct Action {
     RecorderAction what;
@@ -123,7 +127,8 @@ class DOPPEL_API BusRecorder {
   RecorderOptions options_;
   BagWriter writer_;
   std::unique_ptr<Edge> edge_;
-  std::uint64_t graph_ = 0;  // the version of the last look
+  std::uint64_t graph_ = 0;    // the version of the last look for topics
+  std::uint64_t counted_ = 0;  // the version of the last count of publishers
   std::map<TopicId, Recorded> recorded_;
   std::int64_t time_ = 0;  // of the last message
   RecorderReport report_;

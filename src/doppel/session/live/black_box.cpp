@@ -35,6 +35,7 @@ constexpr const char* kBlackBox = "black_box";
 constexpr const char* kMirror = "mirror";  // the log's origin of alarms of the mirror
 constexpr const char* kAbout = "doppel_black_box";
 constexpr std::string_view kRolling = "black_box-";           // and the process's number
+constexpr const char* kSalvaged = "-killed";                  // behind the name of the box that copies them
 constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between two bags of one kind of cause
 // On the disk, together at most 85 MB.
 constexpr std::uint64_t kMaxRollingFile = std::uint64_t{9} << 20U, kMaxRolling = std::uint64_t{45} << 20U,
@@ -71,11 +72,22 @@ fs::path unused_path(const fs::path& preferred) {
   return out;
 }
 
-// Before anything is looked for in a folder that another user may have made.
-fs::path rolling_folder(const fs::path& scratch) {
+// The scratch is checked before anything is looked for in it, because another user may have made it. The
+// folder is made at once, so that two boxes of one process do not choose the same.
+fs::path made_rolling_folder(const fs::path& scratch) {
   if (const std::string problem = make_private_folder(scratch); !problem.empty())
     throw InputError("black_box.folder", {}, problem, "remove it, or set XDG_RUNTIME_DIR");
-  return unused_path(scratch / fmt::format("{}{}", kRolling, getpid()));
+  const std::string preferred = (scratch / fmt::format("{}{}", kRolling, getpid())).string();
+  fs::path out = preferred;
+  std::error_code error, none;
+  for (int number = 2; !fs::create_directory(out, error); ++number) {
+    if (error && !fs::exists(out, none)) {
+      throw InputError("output.unwritable", {},
+                       fmt::format("the folder '{}' cannot be made: {}", out.string(), error.message()));
+    }
+    out = preferred + fmt::format("_{}", number);
+  }
+  return out;
 }
 
 // The manager's sentences about commands that it has limited.
@@ -123,9 +135,17 @@ std::unique_ptr<BagWriter> new_bag(const fs::path& folder, const std::string& ca
   return std::make_unique<BagWriter>(options);
 }
 
-// The files and meshes of the run, if they are complete.
-void add_files(const fs::path& rolling, BagWriter& bag) {
-  if (!fs::exists(rolling / kFiles / kBagMetadataFile)) return;
+// The first reason why a bag cannot be run again stays.
+void add_reason(std::vector<std::pair<std::string, std::string>>& about, const std::string& reason) {
+  if (std::ranges::none_of(about, [](const auto& entry) { return entry.first == kNotRunAgain; }))
+    about.emplace_back(kNotRunAgain, reason);
+}
+
+// The files and meshes of the run are added if they are complete, else the reason to `about`.
+void add_files(const fs::path& rolling, BagWriter& bag,
+               std::vector<std::pair<std::string, std::string>>& about) {
+  if (!fs::exists(rolling / kFiles / kBagMetadataFile))
+    return add_reason(about, "the files of the run had not been read yet");
   BagReader files((rolling / kFiles).string());
   copy_parts(files, bag);
 }
@@ -153,8 +173,9 @@ fs::path recovered(const fs::path& rolling, const fs::path& folder) {
   try {
     if (const auto journal = journal_attachment(rolling / kJournal))
       copy->attach(*journal, bag.contents().end);
-    add_files(rolling, *copy);
-    copy->add_metadata(kAbout, {{"cause", "killed"}});
+    std::vector<std::pair<std::string, std::string>> about = {{"cause", "killed"}};
+    add_files(rolling, *copy, about);
+    copy->add_metadata(kAbout, about);
     copy_from(bag, 0, UINT64_MAX, {.hidden = true}, *copy);
     copy->close();
   } catch (...) {
@@ -201,7 +222,7 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
     : twin_(twin),
       options_(std::move(options)),
       log_(log),
-      rolling_(rolling_folder(options_.scratch)),
+      rolling_(made_rolling_folder(options_.scratch)),
       node_(twin.bus(), "/doppel"),
       parameters_(twin.bus()) {
   node_.serve<std_srvs::srv::Trigger>(
@@ -214,6 +235,7 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
       });
   RecorderOptions recording;
   recording.bag.folder = rolling_;
+  recording.bag.is_folder_made = true;
   recording.bag.distro = to_string(ros_distro());
   recording.bag.max_file_time = kRollingFile;
   recording.bag.max_file_size = kMaxRollingFile;
@@ -278,13 +300,13 @@ void BlackBox::read_files(const RunSources& sources) {
 }
 
 // Files of processes that do not exist any more. Of several twins that start one gets a folder, by its new
-// name.
+// name: it begins with that of this box, so that no other box chooses it.
 void BlackBox::salvage() {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(options_.scratch, none)) {
     const pid_t process = process_of(entry.path());
     if (process == 0 || process == getpid() || kill(process, 0) == 0 || errno != ESRCH) continue;
-    const fs::path renamed = unused_path(rolling_);
+    const fs::path renamed = unused_path(rolling_.string() + kSalvaged);
     std::error_code error;
     fs::rename(entry.path(), renamed, error);
     if (!error) copy_killed(renamed);
@@ -365,6 +387,8 @@ void BlackBox::write(const std::string& cause, const Done& done) {
     return out;
   };
   copy.last = options_.length + options_.afterwards;
+  // A client whose request is refused can repeat it; what has happened to the twin is reported once.
+  copy.is_urgent = cause != kSnapshot;
   copy.add_parts = [this, cause](BagWriter& writer, std::uint64_t time) { add_parts(cause, writer, time); };
   copy.done = [this, bag, cause, done](const std::string& failure) {
     if (failure.empty()) {
@@ -389,11 +413,11 @@ void BlackBox::add_parts(const std::string& cause, BagWriter& bag, std::uint64_t
   about.emplace_back("cause", cause);
   if (journal_) journal_->flush();
   if (journal_ && !journal_->end().empty()) {
-    about.emplace_back(kNotRunAgain, journal_->end());
+    add_reason(about, journal_->end());
   } else if (const auto journal = journal_attachment(rolling_ / kJournal)) {
     bag.attach(*journal, time);
   }
-  add_files(rolling_, bag);
+  add_files(rolling_, bag, about);
   const std::string parameters = parameters_.text();
   const auto* const text = reinterpret_cast<const std::byte*>(parameters.data());
   bag.attach({"parameters.yaml", "application/yaml", {text, text + parameters.size()}}, time);

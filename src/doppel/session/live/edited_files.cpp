@@ -16,15 +16,21 @@ doppel_msgs::msg::EditedFiles edited_files(const FileVersions& before, const Fil
   doppel_msgs::msg::EditedFiles out;
   for (const auto& [file, version] : present) {
     if (const auto found = before.find(file); found != before.end() && found->second == version) continue;
-    const std::string bytes = read_content(file, kMaxEditedBytes).bytes;
+    const FileContent content = read_content(file, kMaxEditedBytes);
     if (FileVersion::of(file) != version) {
       throw InputError(kEditedMeanwhile, make_location(file.string()),
                        fmt::format("'{}' was saved again while it was read", file.string()));
     }
+    const bool removed = version == FileVersion{};
+    // Without its bytes the journal would repeat another edit than this one.
+    if (!removed && !content.was_read()) {
+      throw InputError("file.unreadable", make_location(file.string()),
+                       fmt::format("'{}' cannot be read: {}", file.string(), content.problem));
+    }
     doppel_msgs::msg::EditedFile& edited = out.files.emplace_back();
     edited.path = std::filesystem::absolute(file).lexically_normal().string();
-    edited.removed = version == FileVersion{};
-    edited.data.assign(bytes.begin(), bytes.end());
+    edited.removed = removed;
+    edited.data.assign(content.bytes.begin(), content.bytes.end());
   }
   return out;
 }

@@ -209,6 +209,16 @@ TEST_F(BagTest, ExistingFolderIsRefusedAndKept) {
   EXPECT_EQ(file_text("mine"), "x");
 }
 
+TEST_F(BagTest, FolderThatWasMadeForBagIsUsed) {
+  fs::create_directories(folder_);
+  BagWriterOptions chosen = options();
+  chosen.is_folder_made = true;
+  BagWriter writer(chosen);
+  writer.write(writer.add_topic(topic("/a")), 1, kSecond, kSecond, text("x"));
+  writer.close();
+  EXPECT_THAT(read(), ElementsAre("1x"));
+}
+
 TEST_F(BagTest, AttachmentsAndMetadataComeBack) {
   BagWriter writer(options());
   writer.attach({"scenario.yaml", "application/yaml", text("s")}, 5);

@@ -9,13 +9,18 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <future>
+#include <memory>
 #include <optional>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "doppel/base/mcap/mcap_memory_sink.h"
 #include "doppel/ros/messages/rosbag2_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/record/bag_copy.h"
 #include "doppel/ros/record/bag_player.h"
 #include "doppel/ros/record/bag_reader.h"
 
@@ -43,14 +48,50 @@ class BusRecorderTest : public testing::Test {
     out.bag.folder = folder_;
     return out;
   }
-  std::vector<std::string> read() const {
-    BagReader reader(folder_.string());
+  std::vector<std::string> read() const { return read(folder_); }
+  static std::vector<std::string> read(const fs::path& bag) {
+    BagReader reader(bag.string());
     std::vector<std::string> out;
     while (const auto message = reader.next()) {
       String value;
       EXPECT_TRUE(from_cdr(message->data, value));
       out.push_back(reader.contents().topics[message->topic].name + "=" + value.data);
     }
+    return out;
+  }
+
+  // Two nodes have a latched message each on one topic, and the second of them joins later.
+  void record_joining_publisher(RecorderOptions chosen) {
+    chosen.on_loop = true;
+    const auto first = node_.advertise<String>("/latched", {.depth = 1, .latched = true});
+    const auto a = node_.advertise<String>("/a");
+    first.publish({"first"}, time_from_seconds(1));
+    BusRecorder recorder(bus_, std::move(chosen), log_);
+    recorder.take();
+    Node joining(bus_, "/joining");
+    const auto second = joining.advertise<String>("/latched", {.depth = 1, .latched = true});
+    second.publish({"second"}, time_from_seconds(2));
+    a.publish({"x"}, time_from_seconds(10));
+    recorder.stop();
+  }
+  // Holds a function of a copy until the test has done its part.
+  struct Checkpoint {
+    void pass() {
+      reached.set_value();
+      open.get_future().wait();
+    }
+    std::promise<void> reached, open;
+  };
+  // A copy of the last ten seconds to a folder below that of the recording.
+  BusRecorder::Copy copy_to(const std::string& name, std::function<void()> begin) const {
+    BusRecorder::Copy out;
+    out.last = from_seconds(10);
+    out.make_bag = [folder = folder_ / name, begin = std::move(begin)] {
+      begin();
+      BagWriterOptions bag;
+      bag.folder = folder;
+      return std::make_unique<BagWriter>(bag);
+    };
     return out;
   }
 
@@ -196,13 +237,83 @@ TEST_F(BusRecorderTest, RequestsBeyondTheirNumberAreRefused) {
   RecorderOptions loop = options();
   loop.on_loop = true;  // nothing serves them
   std::vector<std::string> reasons;
+  std::vector<bool> actions;
   BusRecorder recorder(bus_, loop, log_);
-  for (std::size_t i = 0; i <= BusRecorder::kMaxCopies; ++i) {
+  for (std::size_t i = 0; i <= BusRecorder::kMaxRequests; ++i) {
     BusRecorder::Copy copy;
     copy.done = [&](const std::string& reason) { reasons.push_back(reason); };
     recorder.copy(std::move(copy));
+    recorder.act(RecorderAction::split, [&](bool done) { actions.push_back(done); });
   }
   EXPECT_THAT(reasons, ElementsAre(HasSubstr("32 requests wait already")));
+  EXPECT_THAT(actions, ElementsAre(false));
+}
+
+TEST_F(BusRecorderTest, MessagesAreTakenBetweenTwoCopies) {
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, options(), log_);
+  bus_.spin();
+  Checkpoint first, second;
+  std::promise<std::string> done;
+  recorder.copy(copy_to("first", [&] { first.pass(); }));
+  first.reached.get_future().wait();
+  // Both of these wait at the same time.
+  recorder.copy(copy_to("second", [&] { second.pass(); }));
+  BusRecorder::Copy third = copy_to("third", [] {});
+  third.done = [&](const std::string& failure) { done.set_value(failure); };
+  recorder.copy(std::move(third));
+  first.open.set_value();
+  second.reached.get_future().wait();
+  topic.publish({"x"}, time_from_seconds(1));
+  second.open.set_value();
+  EXPECT_EQ(done.get_future().get(), "");
+  recorder.stop();
+  EXPECT_THAT(read(folder_ / "third"), ElementsAre("/a=x"));
+}
+
+TEST_F(BusRecorderTest, UrgentCopyIsMadeBeforeRequestsThatFillQueue) {
+  BusRecorder recorder(bus_, options(), log_);
+  Checkpoint held;
+  std::vector<std::string> order;
+  const auto request = [&](const std::string& name) {
+    BusRecorder::Copy out = copy_to(name, [] { throw std::runtime_error("no bag is needed"); });
+    out.done = [&order, name](const std::string&) { order.push_back(name); };
+    return out;
+  };
+  recorder.copy(copy_to("held", [&] { held.pass(); }));
+  held.reached.get_future().wait();
+  for (std::size_t i = 0; i < BusRecorder::kMaxRequests; ++i) recorder.copy(request("of a client"));
+  for (const char* const name : {"urgent", "as urgent"}) {
+    BusRecorder::Copy urgent = request(name);
+    urgent.is_urgent = true;
+    recorder.copy(std::move(urgent));
+  }
+  EXPECT_THAT(order, IsEmpty()) << "expected no refusal";
+  held.open.set_value();
+  recorder.stop();
+  ASSERT_THAT(order, testing::SizeIs(BusRecorder::kMaxRequests + 2));
+  EXPECT_EQ(order[0], "urgent");
+  EXPECT_EQ(order[1], "as urgent");
+}
+
+TEST_F(BusRecorderTest, NextFileRepeatsLatchedMessageOfPublisherThatJoinedLater) {
+  RecorderOptions split = options();
+  split.bag.max_file_time = from_seconds(5);
+  record_joining_publisher(split);
+  const std::vector<std::string> files = files_of_bag(folder_.string());
+  ASSERT_THAT(files, testing::SizeIs(2));
+  EXPECT_THAT(read(files[1]), ElementsAre("/latched=first", "/latched=second", "/a=x"));
+}
+
+TEST_F(BusRecorderTest, PartBeginsWithLatchedMessageOfPublisherThatJoinedLater) {
+  record_joining_publisher(options());
+  BagReader whole(folder_.string());
+  BagWriterOptions part;
+  part.folder = folder_ / "part";
+  BagWriter copy(part);
+  copy_from(whole, 5'000'000'000, UINT64_MAX, {}, copy);
+  copy.close();
+  EXPECT_THAT(read(part.folder), ElementsAre("/latched=first", "/latched=second", "/a=x"));
 }
 
 TEST_F(BusRecorderTest, FilesAreKeptBySpanAlsoWhereTimeIsSetBack) {

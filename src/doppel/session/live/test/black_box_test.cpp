@@ -1,8 +1,10 @@
 // The black box: what it writes, when, and what it leaves behind.
 #include "doppel/session/live/black_box.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -10,7 +12,9 @@
 #include <fstream>
 #include <set>
 #include <thread>
+#include <utility>
 
+#include "doppel/base/core/file_descriptor.h"
 #include "doppel/base/core/user_folders.h"
 #include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/lab/resimulation/resimulation.h"
@@ -63,6 +67,48 @@ class BlackBoxTest : public testing::Test {
       run_headless(*twin_, {.duration = from_seconds(0.01)});
       std::this_thread::sleep_for(10ms);
     }
+  }
+  // The same without steps.
+  template <class Condition>
+  static bool wait_until(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + 60s;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      std::this_thread::sleep_for(10ms);
+    }
+    return true;
+  }
+  // The folder of the rolling files, while there is one box.
+  fs::path rolling() const { return options_.scratch / ("black_box-" + std::to_string(getpid())); }
+  // The files of the run are read on a thread of their own; without them a bag is not run again.
+  bool has_files_of_run() const {
+    return wait_until([this] { return fs::exists(rolling() / "files" / "metadata.yaml"); });
+  }
+  // The bytes of the recorder's files and of the journal's.
+  std::uint64_t recorded_bytes() const {
+    std::uint64_t out = 0;
+    for (const fs::path& folder : {rolling(), rolling() / "journal"}) {
+      std::error_code none;
+      for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+        if (entry.path().extension() != ".mcap") continue;
+        const std::uintmax_t size = fs::file_size(entry.path(), none);
+        if (!none) out += size;
+      }
+    }
+    return out;
+  }
+  // Steps, so that the files grow once more, and waits until they stay equal for two flushes.
+  bool is_written_after_steps() {
+    constexpr auto kTwoFlushes = 1000ms;
+    const std::uint64_t before = recorded_bytes();
+    run_headless(*twin_, {.duration = from_seconds(0.1)});
+    std::uint64_t last = before;
+    auto since = std::chrono::steady_clock::now();
+    return wait_until([&] {
+      const std::uint64_t present = recorded_bytes();
+      if (std::exchange(last, present) != present) since = std::chrono::steady_clock::now();
+      return present > before && std::chrono::steady_clock::now() - since > kTwoFlushes;
+    });
   }
   std::vector<fs::path> bags_after_steps() {
     step_until([this] { return fs::exists(options_.folder) && !lines().empty(); });
@@ -235,6 +281,51 @@ TEST_F(BlackBoxTest, SnapshotsOfSameMomentHaveFoldersOfTheirOwn) {
   EXPECT_THAT(folders, SizeIs(25));
 }
 
+TEST_F(BlackBoxTest, CauseIsWrittenBeforeSnapshotsThatFillQueue) {
+  constexpr std::ptrdiff_t kBeyond = 8;
+  constexpr auto kRequests = static_cast<std::ptrdiff_t>(BusRecorder::kMaxRequests) + kBeyond;
+  options_.afterwards = 0ms;
+  fs::create_directories(options_.folder);
+  // Each copy takes this lock to choose its folder.
+  const FileDescriptor folder(::open(options_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(flock(folder.get(), LOCK_EX), 0);
+  const BlackBox box(*twin_, options_, log_);
+  const auto edge = twin_->bus().attach("client");
+  std::vector<std::shared_ptr<Answer>> answers = {ask(*edge)};
+  const auto answered = [&answers] {
+    return std::ranges::count_if(answers, [](const auto& answer) { return answer->has_value(); });
+  };
+  // The first request leaves the queue and waits for the lock; then the queue is filled.
+  for (int i = 0; i < 30; ++i) {
+    run_headless(*twin_, {.duration = from_seconds(0.01)});
+    std::this_thread::sleep_for(10ms);
+  }
+  for (std::ptrdiff_t i = 0; i < kRequests; ++i) answers.push_back(ask(*edge));
+  step_until([&] { return answered() >= kBeyond; });
+  EXPECT_GE(answered(), kBeyond) << "expected refusals";
+  twin_->robot().controller_manager().stop("the test");
+  run_headless(*twin_, {.duration = from_seconds(0.1)});
+  EXPECT_EQ(flock(folder.get(), LOCK_UN), 0);
+  step_until([&] { return answered() == std::ssize(answers); });
+  const std::vector<std::string> written = lines();
+  const auto is_stop = [](const std::string& line) { return line.starts_with("emergency stop: "); };
+  const auto stop = std::ranges::find_if(written, is_stop);
+  ASSERT_NE(stop, written.end()) << testing::PrintToString(written);
+  EXPECT_LE(std::count_if(written.begin(), stop,
+                          [](const std::string& line) { return line.starts_with("snapshot: "); }),
+            1);
+}
+
+TEST_F(BlackBoxTest, BagWithoutFilesOfRunHasReasonWhyItIsNotRunAgain) {
+  const BlackBox box(*twin_, options_, log_);
+  ASSERT_TRUE(has_files_of_run());
+  fs::remove(rolling() / "files" / "metadata.yaml");  // they would be incomplete without it
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  const auto [success, folder] = snapshot();
+  ASSERT_TRUE(success) << folder;
+  EXPECT_THAT(about(folder), Contains(Pair("not_resimulated_because", HasSubstr("files of the run"))));
+}
+
 TEST_F(BlackBoxTest, SnapshotsRemoveNoBagOfCause) {
   options_.max_bags = 2;
   options_.max_snapshots = 2;
@@ -342,6 +433,7 @@ void expect_equal_again(const fs::path& bag, const fs::path& files) {
 TEST_F(BlackBoxTest, BagIsRunAgainFromStartAndHasParameters) {
   options_.length = from_seconds(2);
   const BlackBox box(*twin_, options_, log_);
+  ASSERT_TRUE(has_files_of_run());
   drive(*twin_, 4);
   log_.error("arm", "something broke");
   step_until([this] { return has_line("something broke: the last"); });
@@ -365,9 +457,10 @@ TEST_F(BlackBoxTest, BagOfKilledProcessIsRunAgain) {
   const fs::path dead = options_.scratch / name_of_killed(0);
   {
     const BlackBox box(*twin_, options_, log_);
+    ASSERT_TRUE(has_files_of_run());
     drive(*twin_, 2);
-    std::this_thread::sleep_for(1200ms);  // until both were written to the disk
-    fs::copy(options_.scratch / ("black_box-" + std::to_string(getpid())), dead, fs::copy_options::recursive);
+    ASSERT_TRUE(is_written_after_steps());
+    fs::copy(rolling(), dead, fs::copy_options::recursive);
   }
   fs::remove_all(options_.folder);
   const std::size_t before = lines().size();
@@ -397,6 +490,7 @@ TEST_F(BlackBoxTest, FilesOfKilledProcessAreWrittenByNextOne) {
   ASSERT_THAT(bags_after_steps(), SizeIs(1));
   EXPECT_THAT(bags()[0].filename().string(), HasSubstr("killed"));
   EXPECT_EQ(messages(bags()[0], "/a"), 1U);
+  EXPECT_THAT(about(bags()[0]), Contains(Pair("not_resimulated_because", HasSubstr("files of the run"))));
   EXPECT_FALSE(fs::exists(dead));
 }
 
@@ -418,6 +512,20 @@ TEST_F(BlackBoxTest, FilesOfKilledProcessStayWhereTheyCannotBeCopied) {
   const BlackBox box(*twin_, options_, log_);
   ASSERT_THAT(bags_after_steps(), SizeIs(1));
   EXPECT_EQ(messages(bags()[0], "/a"), 1U);
+}
+
+TEST_F(BlackBoxTest, FilesOfKilledProcessLeaveNamesOfBoxesFree) {
+  leave_killed(0);
+  std::ofstream(options_.folder) << "a file, where a folder is needed";
+  const BlackBox box(*twin_, options_, log_);
+  step_until([this] { return has_line("could not be copied and stay in"); });
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "omarm_zero"}};
+  Twin second(scenario, log_, diagnostics_);
+  const BlackBox other(second, options_, log_);
+  const std::string name = rolling().filename().string() + "_2";
+  EXPECT_TRUE(fs::exists(options_.scratch / name / (name + "_0.mcap")));
 }
 
 TEST_F(BlackBoxTest, TwoStartsCopyEachKilledProcessOnce) {

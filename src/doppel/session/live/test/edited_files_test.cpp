@@ -1,6 +1,7 @@
 // The journal has the bytes with which the run continues.
 #include "doppel/session/live/detail/edited_files.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -48,6 +49,15 @@ TEST_F(EditedFilesTest, FileThatWasSavedAfterItWasReadIsRefused) {
   const FileVersions read = now();
   save("333");
   EXPECT_THROW(static_cast<void>(edited_files(before, read)), InputError);
+}
+
+TEST_F(EditedFilesTest, FileThatCannotBeReadIsRefusedWithReason) {
+  save("1");
+  const FileVersions before = now();
+  fs::remove(file());
+  fs::create_directory(file());
+  EXPECT_THAT([&] { static_cast<void>(edited_files(before, now())); },
+              testing::ThrowsMessage<InputError>(testing::HasSubstr("cannot be read: it is a folder")));
 }
 
 }  // namespace
