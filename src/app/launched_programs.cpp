@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -67,6 +68,9 @@ LaunchedPrograms::~LaunchedPrograms() {
 
 void LaunchedPrograms::begin(const StartedRun& run) {
   if (programs_.empty() || thread_.joinable()) return;
+  // What a program leaves when it ends is a child of this process, which sees its end. The first process of a
+  // container may never wait for it.
+  prctl(PR_SET_CHILD_SUBREAPER, 1);
   thread_ = guarded_thread([this, run] { this->run(run); },
                            [&log = run.log](const std::string& what) { log.error(kOrigin, what); });
 }

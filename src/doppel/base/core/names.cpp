@@ -96,6 +96,8 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
   std::size_t best_rank = 0;
   bool by_chance = false;  // several siblings are equally near
   for (const std::string& candidate : candidates) {
+    // The distance is not less than the difference of the lengths, and a name from outside may be long.
+    if (candidate.size() > name.size() + furthest || name.size() > candidate.size() + furthest) continue;
     const NameDistance near = nearness(name, candidate);
     if (near.distance > furthest || (best != nullptr && near.rank > best_rank)) continue;
     if (best != nullptr && near.rank == best_rank) {

@@ -3,11 +3,15 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <span>
 
 #include "doppel/base/core/allowed_pipes.h"
@@ -42,12 +46,14 @@ FileContent not_read(std::string problem, bool is_missing = false) {
   return {.bytes = {}, .problem = std::move(problem), .is_missing = is_missing};
 }
 
-// Reads a pipe of the user until its end.
+// Reads a pipe of the user until its end. It is not opened by its name, as a named pipe whose writer has
+// ended would wait for another one.
 FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) {
-  const FileDescriptor pipe(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY));
+  const int number = file == "/dev/stdin" ? STDIN_FILENO : std::atoi(file.filename().c_str());
+  const FileDescriptor pipe(fcntl(number, F_DUPFD_CLOEXEC, 0));
   struct stat facts {};
   if (!pipe.is_open() || fstat(pipe.get(), &facts) != 0)
-    return not_read(std::strerror(errno), errno == ENOENT);
+    return not_read(std::strerror(errno), errno == EBADF);
   if (!S_ISFIFO(facts.st_mode) && !S_ISREG(facts.st_mode)) return not_read("it is neither a file nor a pipe");
   FileContent out;
   std::array<char, 65536> part{};
@@ -58,6 +64,16 @@ FileContent read_pipe(const std::filesystem::path& file, std::size_t max_bytes) 
   }
   return out.bytes.size() > max_bytes ? not_read(fmt::format("it is larger than {}", size_text(max_bytes)))
                                       : out;
+}
+
+// A file is read again at a reload, and a pipe has its bytes only once, so that they are kept.
+FileContent read_pipe_once(const std::filesystem::path& file, std::size_t max_bytes) {
+  static std::mutex mutex;
+  static std::map<std::filesystem::path, FileContent> contents;
+  const std::lock_guard lock(mutex);
+  const auto kept = contents.find(file);
+  if (kept != contents.end()) return kept->second;
+  return contents.emplace(file, read_pipe(file, max_bytes)).first->second;
 }
 
 // At most `count` bytes of what is open.
@@ -86,7 +102,7 @@ RegularFile open_regular_file(const std::filesystem::path& file) {
 }
 
 FileContent read_content(const std::filesystem::path& file, std::size_t max_bytes) {
-  if (is_allowed_pipe(file)) return read_pipe(file, max_bytes);
+  if (is_allowed_pipe(file)) return read_pipe_once(file, max_bytes);
   const RegularFile opened = open_regular_file(file);
   if (!opened.problem.empty()) return not_read(opened.problem, opened.is_missing);
   if (opened.size > max_bytes) return not_read(fmt::format("it is larger than {}", size_text(max_bytes)));

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/sha256.h"
 #include "doppel/base/mcap/mcap_reader.h"
 
 namespace doppel {
@@ -37,8 +38,6 @@ class Definitions {
   [[nodiscard]] bool has_channel(std::uint16_t id) const { return channels_.contains(id); }
 
  private:
-  using Bytes = std::vector<std::byte>;
-
   std::string add(const McapSchema& schema, std::uint64_t offset) {
     if (schema.id == 0)
       return fmt::format("the schema '{}' at byte {} has the number 0, which means none", schema.name,
@@ -59,14 +58,16 @@ class Definitions {
     return "";
   }
 
-  static bool is_same(Bytes& first, const McapRecord& record) {
-    Bytes bytes;
+  static bool is_same(std::optional<Sha256>& first, const McapRecord& record) {
+    std::vector<std::byte> bytes;
     append_record(record, bytes);
-    if (first.empty()) first = bytes;
-    return first == bytes;
+    const Sha256 hash = sha256(bytes);
+    if (!first) first = hash;
+    return *first == hash;
   }
 
-  std::map<std::uint16_t, Bytes> schemas_, channels_;
+  // The hashes of their records by number, because a record may be large.
+  std::map<std::uint16_t, std::optional<Sha256>> schemas_, channels_;
 };
 
 // Compares what a file says of itself with what it has.

@@ -44,9 +44,6 @@ class JsonEvents {
   bool end_array() { return close(); }
 
   bool parse_error(std::size_t bytes_read, const std::string&, const nlohmann::json::exception& problem) {
-    const std::string_view before = text_.substr(0, bytes_read > 0 ? bytes_read - 1 : 0);
-    const auto line = 1 + std::ranges::count(before, '\n');
-    const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1;
     // What was read may not be UTF-8, as the answer must be.
     std::string_view reason = problem.what();
     reason = reason.substr(0, reason.find("; last read"));
@@ -54,8 +51,14 @@ class JsonEvents {
       if (const std::size_t found = reason.find(head); found != std::string_view::npos)
         reason.remove_prefix(found + head.size());
     }
-    why = fmt::format("{}:{}: not JSON: {}", line, column, reason);
+    refuse(bytes_read > 0 ? bytes_read - 1 : 0, reason);
     return false;
+  }
+  void refuse(std::size_t offset, std::string_view reason) {
+    const std::string_view before = text_.substr(0, offset);
+    const auto line = 1 + std::ranges::count(before, '\n');
+    const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1;
+    why = fmt::format("{}:{}: not JSON: {}", line, column, reason);
   }
 
  private:
@@ -105,6 +108,11 @@ class JsonEvents {
 Status json_to_cdr(const TypeDescription& type, std::string_view json, Bytes& out) {
   TextTree tree;
   JsonEvents events(json, tree);
+  // The library takes it for the end of the text.
+  if (const std::size_t zero = json.find('\0'); zero != std::string_view::npos) {
+    events.refuse(zero, "a zero byte");
+    return Status::refused(events.why);
+  }
   if (!nlohmann::json::sax_parse(json, &events)) return Status::refused(events.why);
   return messages_detail::tree_to_cdr(type, tree, out);
 }

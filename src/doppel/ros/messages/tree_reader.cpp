@@ -167,7 +167,9 @@ class TreeReader {
                                         const TextNode& name) {
     std::vector<std::string> names;
     for (const FieldDescription& field : type.fields) names.push_back(field.name);
-    refuse(name, fmt::format("{} has no field '{}'{}", type.name, key, did_you_mean(key, names)));
+    constexpr std::size_t kShown = 100;  // bytes of a name that may be as long as its message
+    refuse(name, fmt::format("{} has no field '{}{}'{}", type.name, key.substr(0, kShown),
+                             key.size() > kShown ? "..." : "", did_you_mean(key, names)));
   }
 
   void initial(const FieldDescription& field) {

@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <sys/file.h>
 #include <sys/socket.h>
@@ -18,6 +19,7 @@
 #include "doppel/base/core/read_file.h"
 #include "doppel/base/core/time.h"
 #include "doppel/base/core/user_folders.h"
+#include "doppel/ros/server/detail/announcement_file.h"
 
 namespace doppel {
 namespace {
@@ -28,10 +30,21 @@ bool is_alive(int pid) {
   return kill(pid, 0) == 0 || errno == EPERM;
 }
 
+// A twin that stands still with a full queue would let the connection wait for minutes, and with it all who
+// wait for the folder.
 bool connects(const sockaddr* address, socklen_t size) {
-  const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  constexpr int kPatience = 200;  // ms
+  const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;
-  const bool connected = connect(fd, address, size) == 0;
+  bool connected = connect(fd, address, size) == 0;
+  if (!connected && (errno == EINPROGRESS || errno == EAGAIN)) {
+    pollfd one{fd, POLLOUT, 0};
+    int problem = 0;
+    socklen_t length = sizeof problem;
+    // A twin that does not answer in this time is there all the same.
+    connected = poll(&one, 1, kPatience) == 0 ||
+                (getsockopt(fd, SOL_SOCKET, SO_ERROR, &problem, &length) == 0 && problem == 0);
+  }
   close(fd);
   return connected;
 }
@@ -57,8 +70,10 @@ bool write_private(const fs::path& file, const std::string& text) {
   return close(fd) == 0 && written;
 }
 
+}  // namespace
+
 std::optional<RunningTwin> read_announcement(const fs::path& file) {
-  constexpr std::size_t kMaxAnnouncementBytes = std::size_t{64} << 10;
+  constexpr std::size_t kMaxAnnouncementBytes = std::size_t{4} << 20;  // of the nodes of some thousand robots
   const auto object = nlohmann::json::parse(read_content(file, kMaxAnnouncementBytes).bytes, nullptr, false);
   if (!object.is_object()) return std::nullopt;
   try {
@@ -78,6 +93,8 @@ std::optional<RunningTwin> read_announcement(const fs::path& file) {
   return std::nullopt;
 }
 
+namespace {
+
 std::string to_json(const RunningTwin& twin) {
   nlohmann::json object{{"pid", twin.pid},         {"port", twin.port},        {"robot", twin.robot},
                         {"address", twin.address}, {"token", twin.token},      {"started", twin.started},
@@ -90,7 +107,7 @@ std::string to_json(const RunningTwin& twin) {
 class FolderLock {
  public:
   FolderLock() : fd_(open(announcement_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (fd_ >= 0) flock(fd_, LOCK_EX);
+    while (fd_ >= 0 && flock(fd_, LOCK_EX) != 0 && errno == EINTR) continue;
   }
   ~FolderLock() {
     if (fd_ >= 0) close(fd_);

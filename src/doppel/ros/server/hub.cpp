@@ -241,6 +241,7 @@ void Hub::unsubscribe_one(Client& client, ClientId id, std::uint32_t subscriptio
   if (found == channels_.end()) return;
   std::erase_if(found->second.subscribers, [id](const auto& s) { return s.first == id; });
   found->second.waiting.erase(id);
+  found->second.receiving.erase(id);
   follow_clock();
 }
 
@@ -388,11 +389,15 @@ bool Hub::pump(std::size_t most) {
     // One copy out of the ring, which all subscribers share.
     passed += message.cdr.size();
     const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
+    // The numbers of a batch descend to 1; one that lost its end is followed by a larger number.
+    if (message.latched != 0 && (channel.receiving.empty() || message.latched >= channel.left))
+      channel.receiving.merge(channel.waiting);
+    if (message.latched != 0) channel.left = message.latched;
     for (const auto& [id, subscription] : channel.subscribers) {
-      if (message.latched == 0 || channel.waiting.contains(id))
+      if (message.latched == 0 || channel.receiving.contains(id))
         send_data(channel, clients_.at(id), subscription, message.stamp, payload);
     }
-    if (message.latched == 1) channel.waiting.clear();
+    if (message.latched == 1) channel.receiving.clear();
   }
   return true;
 }

@@ -121,8 +121,11 @@ class DOPPEL_API Hub {
     bool latched = false, seen = false;
     bool from_bus = false;  // subscribed to; ends with a tick without subscribers
     std::vector<std::pair<ClientId, std::uint32_t>> subscribers;  // client, subscription
-    std::set<ClientId> waiting;  // subscribers that get the latched messages that the bus sends again
-    bool has_asked = false;      // the bus was asked for these since the last tick
+    // Subscribers that get the latched messages that the bus sends again: with its next batch, and with the
+    // one whose first message has come.
+    std::set<ClientId> waiting, receiving;
+    std::uint32_t left = 0;  // of the batch, with its last message
+    bool has_asked = false;  // the bus was asked for these since the last tick
     bool asks_at_tick = false;
   };
   struct ServiceState {

@@ -16,7 +16,11 @@ constexpr int kNiceness = 5;  // so that the loop comes first on a machine with 
 }  // namespace
 
 ArmWorker::~ArmWorker() {
-  stopping_ = true;
+  {
+    // Without it the notification may come between the worker's look and its sleep.
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
   ready_.notify_all();
   if (thread_.joinable()) thread_.join();
 }

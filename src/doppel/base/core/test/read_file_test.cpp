@@ -64,6 +64,7 @@ TEST_F(ReadFileTest, PipeIsReadWhereCommandLineNamesIt) {
   const std::vector<std::string> arguments = {"up", "arm.urdf", "--world=" + name, "/dev/null"};
   allow_pipes(arguments);
   EXPECT_EQ(read_content(name, 5).bytes, "12345");
+  EXPECT_EQ(read_content(name, 5).bytes, "12345") << "expected the same at a reload";
   EXPECT_THAT(error_of("/dev/null"), HasSubstr("it is not a regular file"));
   close(ends[0]);
 }

@@ -24,6 +24,7 @@ doppel::RecordedRun recorded_run() {
   doppel::RecordedRun out;
   out.folder = doppel::fuzz_folder() / "run";
   out.root = "/home/somebody/arm";
+  fs::remove_all(out.folder);
   fs::create_directories(out.folder);
   std::ofstream(out.folder / "arm.urdf") << kArm;
   out.scenario.robots = {{.target = (out.folder / "arm.urdf").string()}};
@@ -53,6 +54,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool escaped = std::ranges::any_of(fs::directory_iterator(run.folder.parent_path()),
                                            [](const auto& one) { return one.path().filename() != "run"; });
   if (escaped) std::abort();
-  if (!fs::exists(run.folder / "arm.urdf")) run = recorded_run();
+  // The next input begins with the files of the run.
+  if (input.kind == doppel::doppel_msgs::msg::Input::EDIT) run = recorded_run();
   return 0;
 }

@@ -85,6 +85,8 @@ TEST(JsonReader, WhatIsNoJsonIsRefusedWithItsPlace) {
   EXPECT_THAT(json_error<Int64>("{data: 1}"), HasSubstr("1:2: not JSON: invalid literal"));
   EXPECT_THAT(json_error<Int64>(R"({"data": 1} {})"), HasSubstr("1:13: not JSON: "));
   EXPECT_THAT(json_error<Float64>(R"({"data": NaN})"), HasSubstr("not JSON: invalid literal"));
+  using namespace std::string_view_literals;
+  EXPECT_EQ(json_error<Float64>("{\"data\": 1}\0 rest"sv), "1:12: not JSON: a zero byte");
   EXPECT_THAT(json_error<Float64>(R"({"data": 1e400})"), HasSubstr("not JSON: number overflow"));
   EXPECT_EQ(json_error<Float64>(R"({"data": 1e-400})"), "1:10: '1e-400', but 'data' is a number");
   const std::string why = json_error<String>("{\"data\": \"\xFF\"}");

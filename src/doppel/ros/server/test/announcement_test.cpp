@@ -81,6 +81,16 @@ TEST_F(AnnouncementTest, NameOfRunningTwinInDomainIsRefused) {
   EXPECT_EQ(twins[0].nodes, std::vector<std::string>{"/right/controller_manager"});
 }
 
+TEST_F(AnnouncementTest, TwinOfThousandRobotsIsFound) {
+  const Server server(bus_, {.port = 0}, log_);
+  Announcement many("many", server.port());
+  std::vector<std::string> nodes;
+  for (int i = 0; i < 5000; ++i) nodes.push_back("/robot_" + std::to_string(i) + "/controller_manager");
+  EXPECT_FALSE(many.enter_domain(7, nodes));
+  ASSERT_EQ(find_running().size(), 1u);
+  EXPECT_EQ(find_running()[0].nodes, nodes);
+}
+
 TEST_F(AnnouncementTest, EmulatedArmIsMarked) {
   const Server server(bus_, {.port = 0}, log_);
   Announcement arm("arm", server.port());

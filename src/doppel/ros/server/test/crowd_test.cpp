@@ -26,7 +26,7 @@ constexpr std::size_t kPadding =
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
 constexpr auto kPeriod = milliseconds(25);  // readers take five times as long
 #else
-constexpr auto kPeriod = milliseconds(5);
+constexpr auto kPeriod = milliseconds(10);
 #endif
 // kB: a queue of 1 MiB each, the messages in transit, and a margin.
 constexpr long kMaxCrowdGrowth = growth_bound(80'000);
