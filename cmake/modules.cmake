@@ -203,7 +203,7 @@ endfunction()
 # Processes that run a program's tests (default 1): each takes less than a minute.
 set(doppel_shards_of network_test=2 physics_test=3 sensors_test=2 devices_test=2 twin_test=4 review_test=2 validation_test=4 system_test=8)
 # Tests of two sides in real time, which run beside no other: a late answer would be a fault that they find.
-set(doppel_alone_of "system_test=MirrorTest.*")
+set(doppel_alone_of "system_test=MirrorTest.*:TopicTwin.*")
 # Floors below the twin, without a network: ./test --quick.
 set(doppel_quick_programs base_test ros_test description_test physics_test sensors_test control_test devices_test scenario_test firmware_test)
 

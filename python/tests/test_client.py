@@ -1,4 +1,5 @@
 """Client and view: a twin that one thread steps, seen from outside."""
+import fcntl
 import os
 import signal
 import subprocess
@@ -79,8 +80,21 @@ class ClientTest(unittest.TestCase):
 class NetworkClientTest(unittest.TestCase):
     """Another process, reached through the ROS 2 network."""
 
+    def own_domain(self):
+        """A ROS_DOMAIN_ID that no other test on this machine uses, reserved as in tests/own_domain.sh until the test ends."""
+        for domain in range(30, 40):
+            lock = open(os.path.join(os.environ.get("TMPDIR", "/tmp"), f"doppel-test-domain-{domain}"), "w")
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                lock.close()
+                continue
+            self.addCleanup(lock.close)
+            return str(domain)
+        self.fail("every domain of the tests is taken")
+
     def setUp(self):
-        self.domain, before = str(101 + os.getpid() % 100), os.environ.get("ROS_DOMAIN_ID")
+        self.domain, before = self.own_domain(), os.environ.get("ROS_DOMAIN_ID")
         self.twin = subprocess.Popen([os.environ["DOPPEL"], "up", "omarm_one", "--headless", "--no-reload", "--domain", self.domain],
                                      stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.twin.stderr.close)

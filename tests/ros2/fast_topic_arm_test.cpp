@@ -118,7 +118,7 @@ TEST(FastTopicArm, GoalMovesArmOverDdsAndSilenceStopsIt) {
 
   const Uuid stopped = new_id();
   ASSERT_TRUE(action.send(stopped, way(-1.0, -1.0)).value().accepted_());
-  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  ASSERT_TRUE(eventually([&] { return arm.q("shoulder") < 0.7; })) << "expected it to be on its way";
   arm.be_silent(true);
   const auto aborted = action.result(stopped);
   ASSERT_TRUE(aborted.has_value());

@@ -166,7 +166,8 @@ check('play, speed, loop and keys', '?bag=bags/a.mcap&t=9', async (page) => {
   const [time, wall] = await page.evaluate(() => [doppel.playback.time, performance.now()]);
   await sleep(1500);
   const [later, then] = await page.evaluate(() => [doppel.playback.time, performance.now()]);
-  const factor = ((later - time) / (then - wall)) * 1000;
+  const length = 10.01;
+  const factor = (((later - time + length) % length) / (then - wall)) * 1000; // it may have begun again
   assert.ok(factor > 0.8 && factor < 2.2, `${factor} times as fast`); // a busy machine draws a few frames a second
   near(await joint(page, 'shoulder'), shoulderAt(sampled(await page.evaluate(() => doppel.playback.time))), 0.08);
   await page.keyboard.press('Space');

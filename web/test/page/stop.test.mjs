@@ -41,7 +41,7 @@ for (const [name, open] of Object.entries(DIALOGS)) {
   check(`with the dialog '${name}' open, a click on STOP stops the twin`, async () => {
     await open();
     await page.locator('dialog[open]').waitFor();
-    await page.click('#stop', { timeout: 5000 });
+    await page.click('#stop', { timeout: 30000 });
     await stopped(true);
     assert.equal((await shell('topic', 'echo', '/controller_manager/emergency_stop_active', '--once')).text.includes('data: true'), true);
     assert.equal(await page.locator('dialog[open]').count(), 1, 'the dialog stays');
