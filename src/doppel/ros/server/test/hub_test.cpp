@@ -30,7 +30,7 @@ class HubTest : public testing::Test {
   Hub hub_{bus_, HubOptions{}, [this](std::function<void()> task) { tasks_.push_back(std::move(task)); }};
 };
 
-TEST_F(HubTest, ClientThatSubscribesDuringAnothersLatchedMessagesGetsAllOfThem) {
+TEST_F(HubTest, LatchedMessagesThatBeginForOneClientAreWholeForNext) {
   const Qos latched{.depth = 1, .latched = true};
   const auto one = one_.advertise<std_msgs::msg::String>("/text", latched);
   const auto two = two_.advertise<std_msgs::msg::String>("/text", latched);
