@@ -122,7 +122,9 @@ std::vector<std::string> names_with(std::string_view part, std::span<const std::
   for (const std::string& candidate : candidates) {
     if (lowered(candidate).find(lower) != std::string::npos) out.push_back(candidate);
   }
-  std::ranges::stable_partition(out, [&](const std::string& one) { return begins_with(one, part); });
+  // Clang 14 cannot compile the range that std::ranges::stable_partition returns.
+  std::stable_partition(out.begin(), out.end(),
+                        [&](const std::string& one) { return begins_with(one, part); });
   return out;
 }
 
