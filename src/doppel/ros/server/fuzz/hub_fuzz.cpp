@@ -9,13 +9,15 @@
 
 namespace {
 
-struct Link final : doppel::ClientLink {
-  void send(doppel::OutgoingFrame frame) override { bytes += frame.size(); }
+using namespace doppel;
+
+struct Link final : ClientLink {
+  void send(OutgoingFrame frame) override { bytes += frame.size(); }
   [[nodiscard]] std::size_t unsent_assets() const override { return 0; }
   std::size_t bytes = 0;
 };
 
-void add_interfaces(doppel::Node& node) {
+void add_interfaces(Node& node) {
   node.subscribe<std_msgs::msg::Float64>("/command", [](const std_msgs::msg::Float64&) {});
   node.serve<std_srvs::srv::SetBool>("~/enable", [](const auto& request, const auto& respond) {
     respond({.success = request.data, .message = ""});
@@ -28,7 +30,6 @@ void add_interfaces(doppel::Node& node) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace doppel;
   std::vector<std::function<void()>> tasks;
   Bus bus;
   Node node(bus, "/arm");
