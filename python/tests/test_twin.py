@@ -323,20 +323,22 @@ class BusTest(unittest.TestCase):
         with self.assertRaisesRegex(doppel.InputError, "pass its type"):
             self.twin.publish("/nowhere", {})
 
-    def test_EveryCharacterAndNumberIsPublished(self):
-        for type_name, sent, received in (("String", "\N{ROBOT FACE}", "\N{ROBOT FACE}"),
-                                          ("Float64MultiArray", np.array([np.nan, np.inf, -np.inf, 0.1]), [None, None, None, 0.1])):
-            self.twin.publish(f"/{type_name}", {}, f"std_msgs/msg/{type_name}")
-            heard = self.twin.subscribe(f"/{type_name}")
-            self.twin.publish(f"/{type_name}", {"data": sent})
-            self.twin.run_for(0.01)
-            self.assertEqual(heard.latest["data"], received)
-
     def test_ServicesAnswerWithDicts(self):
         answer = self.twin.call("/controller_manager/list_controllers")
         self.assertEqual({one["state"] for one in answer["controller"]}, {"active"})
         with self.assertRaisesRegex(doppel.InputError, "did you mean '/controller_manager/list_controllers'"):
             self.twin.call("/controller_manager/list_controler")
+
+    def test_EveryCharacterAndNumberIsSent(self):
+        node = "/omarm_arm_controller"
+        for value, field, received in (({"type": 4, "string_value": "\N{ROBOT FACE}"}, "string_value", "\N{ROBOT FACE}"),
+                                       ({"type": 8, "double_array_value": np.array([np.nan, np.inf, -np.inf, 0.1])},
+                                        "double_array_value", [None, None, None, 0.1])):
+            name = "\N{ROBOT FACE}." + field
+            answer = self.twin.call(f"{node}/set_parameters", {"parameters": [{"name": name, "value": value}]})
+            self.assertEqual(answer["results"], [{"successful": True, "reason": ""}])
+            present = self.twin.call(f"{node}/get_parameters", {"names": [name]})
+            self.assertEqual(present["values"][0][field], received)
 
     def test_ParametersAreReadAndSet(self):
         node = "/omarm_arm_controller"
