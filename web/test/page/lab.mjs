@@ -162,6 +162,8 @@ export class Lab {
         await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-').slice(0, 60)}.png`), timeout: timeLimit }).catch(() => {});
       }
       if (page.problems.length > 0) console.log(`the console of '${name}':\n${page.problems.join('\n')}`);
+      const state = () => ({ stopped: doppel.commander.stopped, devices: doppel.devices.all.map((one) => one.state), alarms: doppel.devices.alarms.map((one) => one.alarm) });
+      console.log(`the twin of '${name}':`, await page.evaluate(state).catch(() => 'no page'));
       throw problem;
     }
   }
