@@ -97,12 +97,10 @@ std::vector<EmulatedFault> read_fault_file(const std::filesystem::path& file, Ti
 }
 
 std::optional<std::vector<EmulatedFault>> FaultFile::read_if_changed(Time now) {
-  std::error_code missing;
-  const auto saved = std::filesystem::last_write_time(file_, missing);
+  const FileVersion version = FileVersion::of(file_);
   // An editor replaces a file: it is not there for a moment.
-  if (missing && saved_) return {};
-  if (!missing && saved_ == saved) return {};
-  saved_ = saved;
+  if (read_ && (version == FileVersion{} || version == *read_)) return {};
+  read_ = version;
   return read_fault_file(file_, now);
 }
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/core/file_version.h"
 #include "doppel/base/core/log.h"
 #include "doppel/devices/emulation/emulated_faults.h"
 #include "doppel/export.h"
@@ -32,7 +33,7 @@ class DOPPEL_API FaultFile {
 
  private:
   std::filesystem::path file_;
-  std::optional<std::filesystem::file_time_type> saved_;
+  std::optional<FileVersion> read_;  // of the file when it was read last
 };
 
 // read_if_changed() of a running emulation, whose file has an error for a while: it is logged.

@@ -78,6 +78,20 @@ TEST_F(FaultFileTest, FileIsReadAgainAfterEachSave) {
   EXPECT_EQ(fresh->size(), 1U);
 }
 
+// The clock of a file system is coarse: a save that was read in its middle ends with the same time.
+TEST_F(FaultFileTest, RestOfSaveWithSameTimeIsRead) {
+  save("");
+  const auto time = std::filesystem::last_write_time(path_);
+  FaultFile file(path_);
+  Log log;
+  static_cast<void>(read_again(file, Time{}, log, "Arm"));
+  save("faults: [{fault: echo}]");
+  std::filesystem::last_write_time(path_, time);
+  const auto fresh = file.read_if_changed(Time{});
+  ASSERT_TRUE(fresh.has_value());
+  EXPECT_EQ(fresh->size(), 1U);
+}
+
 TEST_F(FaultFileTest, ErrorOfRunningEmulationIsLoggedAndKeepsFaults) {
   save("faults: []");
   FaultFile file(path_);
