@@ -68,8 +68,8 @@ LaunchedPrograms::~LaunchedPrograms() {
 
 void LaunchedPrograms::begin(const StartedRun& run) {
   if (programs_.empty() || thread_.joinable()) return;
-  // What a program leaves when it ends is a child of this process, which sees its end. The first process of a
-  // container may never wait for it.
+  // Processes that outlive their program become children of this process, which reaps them. The first process
+  // of a container may never do so.
   prctl(PR_SET_CHILD_SUBREAPER, 1);
   thread_ = guarded_thread([this, run] { this->run(run); },
                            [&log = run.log](const std::string& what) { log.error(kOrigin, what); });

@@ -15,9 +15,9 @@ constexpr double kGoalTolerance = 0.02;  // rad, between a servo's goal and wher
 constexpr double kWatchdogUnit = 0.02;   // s, of Dynamixel's bus watchdog
 constexpr int kHealthEvery = 10;         // cycles
 constexpr double kVoltageSlack = 0.5;    // V
-constexpr Duration kStartPatience{
-    50'000'000};  // a host on a busy machine is late by some tens of milliseconds
-constexpr Duration kCyclePatience{5'000'000};  // USB adapters take up to some milliseconds
+constexpr Duration kStartTimeout{
+    50'000'000};                              // a host on a busy machine is late by some tens of milliseconds
+constexpr Duration kCycleTimeout{5'000'000};  // USB adapters take up to some milliseconds
 
 class RegisterGroup final : public ServoGroup {
  public:
@@ -27,7 +27,7 @@ class RegisterGroup final : public ServoGroup {
   }
 
   Status connect() override {
-    const PatientStart patience(bus_);
+    const StartTimeout timeout(bus_);
     bus_.notice_echo();
     std::vector<std::string> problems;
     for (const JointServo& one : setup_.joints) identify(one, problems);
@@ -37,7 +37,7 @@ class RegisterGroup final : public ServoGroup {
   }
 
   Status start(double torque) override {
-    const PatientStart patience(bus_);
+    const StartTimeout timeout(bus_);
     for (const JointServo& one : setup_.joints) {
       if (!one.enabled) continue;
       if (Status ready = place_goal(one, torque); !ready) return ready;
@@ -45,7 +45,7 @@ class RegisterGroup final : public ServoGroup {
     for (const JointServo& one : setup_.joints) {
       if (one.enabled && !write(one, ServoRole::torque_enable, 1)) {
         // No servo keeps its torque for long because another one is silent.
-        bus_.set_patience(kCyclePatience);
+        bus_.set_patience(kCycleTimeout);
         static_cast<void>(relax());
         return Status::refused(silent(one, "does not confirm its torque"));
       }
@@ -58,7 +58,7 @@ class RegisterGroup final : public ServoGroup {
   // A servo that does not say so counts as holding: less torque than it has would let its joint fall, and the
   // whole torque moves no joint, because its goal is where it stands.
   bool has_torque() override {
-    const PatientStart patience(bus_);
+    const StartTimeout timeout(bus_);
     return std::ranges::any_of(setup_.joints, [&](const JointServo& one) {
       return one.enabled && bus_.read(one.id, *one.model->find(ServoRole::torque_enable)).value_or(1) != 0;
     });
@@ -118,12 +118,12 @@ class RegisterGroup final : public ServoGroup {
 
  private:
   // Nothing depends on the time of a cycle until the servos hold their pose.
-  class PatientStart {
+  class StartTimeout {
    public:
-    explicit PatientStart(ServoBus& bus) : bus_(bus) { bus_.set_patience(kStartPatience); }
-    ~PatientStart() { bus_.set_patience(kCyclePatience); }
-    PatientStart(const PatientStart&) = delete;
-    PatientStart& operator=(const PatientStart&) = delete;
+    explicit StartTimeout(ServoBus& bus) : bus_(bus) { bus_.set_patience(kStartTimeout); }
+    ~StartTimeout() { bus_.set_patience(kCycleTimeout); }
+    StartTimeout(const StartTimeout&) = delete;
+    StartTimeout& operator=(const StartTimeout&) = delete;
 
    private:
     ServoBus& bus_;

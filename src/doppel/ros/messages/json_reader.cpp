@@ -44,7 +44,7 @@ class JsonEvents {
   bool end_array() { return close(); }
 
   bool parse_error(std::size_t bytes_read, const std::string&, const nlohmann::json::exception& problem) {
-    // What was read may not be UTF-8, as the answer must be.
+    // The text behind "last read" is omitted: it may not be UTF-8, and the answer must be.
     std::string_view reason = problem.what();
     reason = reason.substr(0, reason.find("; last read"));
     for (const std::string_view head : {"] ", " - "}) {

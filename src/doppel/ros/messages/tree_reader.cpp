@@ -117,7 +117,7 @@ class TreeReader {
     }
   }
 
-  // As in ROS 1, a whole number for a time or duration is in nanoseconds.
+  // A whole number for a time or duration is in nanoseconds, as in ROS 1.
   bool nanoseconds(const TextNode& node) {
     std::int64_t total = 0;
     const std::string_view text = tree_.text(node);
@@ -142,7 +142,7 @@ class TreeReader {
     return fmt::format("{} where a {} is expected; write it as {}", shown(node), type.name, example);
   }
 
-  // The node of each field, nullptr where it is left out.
+  // Maps each field to its node, or to nullptr if the text omits it.
   [[nodiscard]] std::vector<const TextNode*> by_field(const TypeDescription& type,
                                                       const TextNode& node) const {
     std::vector<const TextNode*> values(type.fields.size(), nullptr);

@@ -33,7 +33,7 @@ bool is_alive(int pid) {
 // A twin that stands still with a full queue would let the connection wait for minutes, and with it all who
 // wait for the folder.
 bool connects(const sockaddr* address, socklen_t size) {
-  constexpr int kPatience = 200;  // ms
+  constexpr int kConnectTimeout = 200;  // ms
   const int fd = socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;
   bool connected = connect(fd, address, size) == 0;
@@ -42,7 +42,7 @@ bool connects(const sockaddr* address, socklen_t size) {
     int problem = 0;
     socklen_t length = sizeof problem;
     // A twin that does not answer in this time is there all the same.
-    connected = poll(&one, 1, kPatience) == 0 ||
+    connected = poll(&one, 1, kConnectTimeout) == 0 ||
                 (getsockopt(fd, SOL_SOCKET, SO_ERROR, &problem, &length) == 0 && problem == 0);
   }
   close(fd);
