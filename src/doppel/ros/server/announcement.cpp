@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
-#include <sys/file.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -15,6 +14,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "doppel/base/core/folder_lock.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/read_file.h"
 #include "doppel/base/core/time.h"
@@ -103,22 +103,6 @@ std::string to_json(const RunningTwin& twin) {
   return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
-// The only one of this user's programs that reads and changes the announcements, while it exists.
-class FolderLock {
- public:
-  FolderLock() : fd_(open(announcement_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    while (fd_ >= 0 && flock(fd_, LOCK_EX) != 0 && errno == EINTR) continue;
-  }
-  ~FolderLock() {
-    if (fd_ >= 0) close(fd_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-
- private:
-  const int fd_;
-};
-
 }  // namespace
 
 std::string RunningTwin::label() const {
@@ -165,7 +149,7 @@ void Announcement::mark_emulated() {
 
 std::optional<RunningTwin> Announcement::enter_domain(std::uint32_t domain, std::vector<std::string> nodes) {
   if (file_.empty()) return std::nullopt;
-  const FolderLock lock;
+  const FolderLock lock(announcement_folder());
   for (RunningTwin& twin : find_running()) {
     const bool is_own = twin.pid == about_.pid && twin.port == about_.port;
     if (!is_own && twin.domain == domain && std::ranges::find_first_of(twin.nodes, nodes) != twin.nodes.end())

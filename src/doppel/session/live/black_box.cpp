@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/folder_lock.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/base/core/user_folders.h"
@@ -113,21 +113,10 @@ pid_t process_of(const fs::path& folder) {
   return out;
 }
 
-// Twins that write at the same time choose names and make folders one after another.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder)
-      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (folder_.is_open()) flock(folder_.get(), LOCK_EX);
-  }
-
- private:
-  FileDescriptor folder_;
-};
-
 std::unique_ptr<BagWriter> new_bag(const fs::path& folder, const std::string& cause) {
   std::error_code none;
   fs::create_directories(folder, none);
+  // Twins that write at the same time choose names and make folders one after another.
   const FolderLock lock(folder);
   BagWriterOptions options;
   options.folder = unused_path(folder / bag_name(cause.substr(0, cause.find(':'))));
