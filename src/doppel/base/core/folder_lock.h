@@ -8,11 +8,12 @@
 #include <filesystem>
 
 #include "doppel/base/core/file_descriptor.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
 // Waits for the lock. A folder that cannot be opened is not locked.
-class FolderLock {
+class DOPPEL_API FolderLock {
  public:
   explicit FolderLock(const std::filesystem::path& folder)
       : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
