@@ -291,7 +291,6 @@ int run_twin(const Scenario& scenario, const RunOptions& options, Diagnostics& d
     print_stderr("  ready        {:.0f} ms after the start\n", summary.startup_ms);
     print_stderr("{}", session.page_line());
     session.begin();
-    print_stop(twin);
     if (hooks.ready) hooks.ready({log, session.server().server().port()});
   });
   summary.run = step_twin(runner, twin, terminal, summary, table, stop_requested);

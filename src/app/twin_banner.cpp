@@ -149,12 +149,6 @@ void print_twin_banner(Twin& twin, const std::string& engine, bool verbose) {
   print_sensors(twin);
 }
 
-void print_stop(const Twin& twin) {
-  const bool stopped = std::ranges::any_of(
-      twin.robots(), [](const auto& robot) { return robot->controller_manager().is_stopped(); });
-  if (stopped) print_stderr("  stopped      the emergency stop is on: doppel stop --reset\n");
-}
-
 namespace {
 
 // Notes about a robot that comes with doppel, such as the choice of its base, are printed on request

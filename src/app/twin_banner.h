@@ -10,8 +10,6 @@ namespace doppel::app {
 
 // To stderr. `verbose`: with the load and sag of every drive.
 void print_twin_banner(Twin& twin, const std::string& engine, bool verbose);
-// The last line, where the emergency stop is on.
-void print_stop(const Twin& twin);
 
 // Notes about a robot that comes with doppel, such as the choice of its base, are printed if `verbose`.
 void print_start_diagnostics(const Diagnostics& diagnostics, bool verbose);

@@ -2,19 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <map>
 #include <mutex>
 #include <utility>
 
-#include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
-#include "doppel/scenario/schema/robot_names.h"
 #include "doppel/session/live/detail/background_queue.h"
+#include "doppel/session/live/detail/changed_parameters.h"
 #include "doppel/session/live/detail/service_refusal.h"
 
 namespace doppel {
@@ -34,56 +31,20 @@ constexpr const char* kBusy = "too many requests are waiting: ask again";
 
 // Used on the loop's thread alone; tasks after its end find it destroyed.
 struct ValidationService::LoopPart {
-  explicit LoopPart(Bus& bus) : node(bus, "/doppel") {
+  explicit LoopPart(Bus& bus) : node(bus, "/doppel"), changed(bus) {
     status = node.advertise<Validation>("/doppel/validation", {.depth = 1, .latched = true});
     results =
         node.advertise<std_msgs::msg::String>("/doppel/validation/results", {.depth = 1, .latched = true});
     node.subscribe<rcl_interfaces::msg::ParameterEvent>(
-        "/parameter_events", [this](const rcl_interfaces::msg::ParameterEvent& event) { keep(event); },
+        "/parameter_events",
+        [this](const rcl_interfaces::msg::ParameterEvent& event) { changed.keep(event); },
         Qos::parameter_events());
-  }
-
-  // Anyone may publish events, so a value that the node does not have is not kept. A value that was set
-  // again has an event of its own.
-  void keep(const rcl_interfaces::msg::ParameterEvent& event) {
-    if (std::exchange(graph, node.bus().graph_version()) != node.bus().graph_version()) {
-      const std::vector<std::string> nodes = node.bus().nodes();  // sorted
-      std::erase_if(changed,
-                    [&](const auto& one) { return !std::ranges::binary_search(nodes, one.first.first); });
-    }
-    node.bus().each_node([&](Node& other) {
-      if (other.name() != event.node) return;
-      for (const auto& parameter : event.changed_parameters) {
-        const Parameters::Declared* const present = other.parameters().find(parameter.name);
-        if (present != nullptr && present->value == from_msg(parameter.value))
-          changed[{other.name(), present->name}] = present->value;
-      }
-    });
-  }
-
-  // The values that the robot's controllers still have.
-  [[nodiscard]] std::vector<NamedParameter> parameters_of(const ValidatedRobot& robot) const {
-    std::vector<NamedParameter> out;
-    node.bus().each_node([&](Node& other) {
-      const auto is_this = [&](const std::string& name) {
-        return in_namespace(robot.name_space, name) == other.name();
-      };
-      const auto controller = std::ranges::find_if(robot.controllers, is_this);
-      if (controller == robot.controllers.end()) return;
-      for (const auto& [place, value] : changed) {
-        if (place.first != other.name()) continue;
-        const Parameters::Declared* const present = other.parameters().find(place.second);
-        if (present != nullptr && present->value == value) out.push_back({*controller, place.second, value});
-      }
-    });
-    return out;
   }
 
   Node node;
   Publisher<Validation> status;
   Publisher<std_msgs::msg::String> results;
-  std::map<std::pair<std::string, std::string>, ParameterValue> changed;  // by node and parameter
-  std::uint64_t graph = 0;  // its version when nodes that are gone were dropped from `changed`
+  ChangedParameters changed;
   bool running = false;
 };
 
@@ -239,7 +200,7 @@ struct ValidationService::Impl {
     std::string name_space;
     try {
       ValidatedRobot robot = options.robot(std::string(call.robot));
-      request.parameters = loop->parameters_of(robot);
+      request.parameters = loop->changed.values_of(robot.name_space, robot.controllers);
       request.scenario = std::move(robot.scenario);
       name_space = robot.name_space;
     } catch (const InputError& error) {

@@ -12,6 +12,7 @@
 #include <functional>
 #include <future>
 #include <memory>
+#include <new>
 #include <optional>
 #include <stdexcept>
 #include <thread>
@@ -269,6 +270,31 @@ TEST_F(BusRecorderTest, MessagesAreTakenBetweenTwoCopies) {
   EXPECT_EQ(done.get_future().get(), "");
   recorder.stop();
   EXPECT_THAT(read(folder_ / "third"), ElementsAre("/a=x"));
+}
+
+TEST_F(BusRecorderTest, CopyThatThrowsIsAnsweredAndRecordingGoesOn) {
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, options(), log_);
+  bus_.spin();
+  topic.publish({"x"}, time_from_seconds(1));
+  // A copy that is let go of without an answer breaks the promise.
+  const auto answer_to = [&recorder](BusRecorder::Copy copy) {
+    auto done = std::make_shared<std::promise<std::string>>();
+    std::future<std::string> answer = done->get_future();
+    copy.done = [done = std::move(done)](const std::string& failure) { done->set_value(failure); };
+    recorder.copy(std::move(copy));
+    return answer.get();
+  };
+  EXPECT_EQ(answer_to(copy_to("throws", [] { throw std::runtime_error("no room"); })), "no room");
+  EXPECT_THAT(answer_to(copy_to("throws a number", [] { throw 42; })),  // NOLINT: no std::exception
+              HasSubstr("other than a std::exception"));
+  BusRecorder::Copy begun = copy_to("begun", [] {});
+  begun.add_parts = [](BagWriter&, std::uint64_t) { throw std::bad_alloc(); };
+  EXPECT_THAT(answer_to(begun), HasSubstr("not enough memory"));
+  EXPECT_FALSE(fs::exists(folder_ / "begun"));
+  EXPECT_EQ(answer_to(copy_to("whole", [] {})), "");
+  EXPECT_EQ(recorder.stop().failure, "");
+  EXPECT_THAT(read(folder_ / "whole"), ElementsAre("/a=x"));
 }
 
 TEST_F(BusRecorderTest, UrgentCopyIsMadeBeforeRequestsThatFillQueue) {

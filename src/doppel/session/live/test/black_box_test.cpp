@@ -396,6 +396,34 @@ TEST_F(BlackBoxTest, BagHasEveryMeshOfItsRobot) {
   EXPECT_GT(meshes, 10U);
 }
 
+TEST_F(BlackBoxTest, MeshThatDoesNotFitIsLeftOutAndCounted) {
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = (folder_ / "omarm_one").string()}};
+  fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_ / "omarm_one", fs::copy_options::recursive);
+  rosout_.reset();  // of the other twin
+  twin_.emplace(scenario, log_, diagnostics_);
+  MeshGeometry large;
+  for (const Link& link : twin_->robot().description().links) {
+    for (const Visual& visual : link.visuals) {
+      if (const auto* const mesh = std::get_if<MeshGeometry>(&visual.geometry)) large = *mesh;
+    }
+  }
+  ASSERT_THAT(large.path, HasSubstr(folder_.string()));
+  fs::resize_file(large.path, std::uintmax_t{25} << 20U);
+  const BlackBox box(*twin_, options_, log_);
+  ASSERT_TRUE(has_files_of_run());
+  const auto [success, folder] = snapshot();
+  ASSERT_TRUE(success) << folder;
+  EXPECT_THAT(about(folder), Contains(Pair("meshes_left_out", "1")));
+  EXPECT_THAT(about(folder), Contains(Pair("not_resimulated_because", HasSubstr("more than 24 MB"))));
+  const BagReader bag(folder);
+  std::set<std::string> attached;
+  for (const BagPart& part : bag.contents().attachments) attached.insert(part.part.name);
+  EXPECT_FALSE(attached.contains(large.uri));
+  EXPECT_GT(attached.size(), 10U) << "the other meshes are there";
+}
+
 // Sends a trajectory, resets, and sends another one.
 void drive(Twin& twin, double seconds) {
   const auto edge = twin.bus().attach("client");

@@ -4,10 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <future>
 #include <mutex>
+#include <thread>
 
 #include "doppel/base/core/abandoned_thread.h"
+#include "doppel/session/live/detail/edited_files.h"
 #include "doppel/session/live/health_publisher.h"
 
 namespace doppel {
@@ -153,6 +157,28 @@ TEST_F(ReloadTest, EditReadWhileRobotsChangeIsReadAgain) {
   EXPECT_THAT(said(), Not(HasSubstr("cannot be used")));
 }
 
+TEST_F(ReloadTest, FileThatIsSavedWhileItIsReadIsReadAgain) {
+  Bus bus;
+  std::atomic<int> builds{0};
+  Reloadable what = watched(bus, [] {});
+  what.begin = [&]() -> Reloadable::Build {
+    return [&](Diagnostics&) -> Reloadable::TakeOver {
+      if (++builds == 1) throw InputError(kEditedMeanwhile, {}, "it was saved again while it was read");
+      return [] { return "taken"; };
+    };
+  };
+  const Reloader reloader(std::move(what), log_);
+  save("watched", "2");
+  const auto is_applied = [&] { return said().find("watched applied in") != std::string::npos; };
+  for (const auto end = steady_clock::now() + seconds(20); !is_applied() && steady_clock::now() < end;) {
+    bus.wait(milliseconds(5));
+    bus.spin();
+  }
+  EXPECT_TRUE(is_applied()) << said();
+  EXPECT_EQ(builds, 2);
+  EXPECT_THAT(said(), Not(HasSubstr("cannot be used")));
+}
+
 // What `doppel up` does, without its server: the loop, the watcher, the thread that judges edits and an edge,
 // one thread each.
 class RunningTwin : public ReloadTest {
@@ -219,6 +245,35 @@ TEST_F(RunningTwin, EditsAreAppliedAndBrokenEditIsRefused) {
   listener.join();
   EXPECT_GT(received, 0);
   EXPECT_GT(audits, 0);
+}
+
+// The version that the build has read counts, and not the one that is there at its end: the journal would
+// have bytes that nothing was built from.
+TEST_F(RunningTwin, FileThatIsSavedDuringBuildIsRefused) {
+  constexpr int kMaxSaves = 20;  // on a busy machine a save may come behind its build
+  const Reloadable what = reloadable(*twin_, [](const Twin::Replacement&) {}, {});
+  const std::vector<fs::path> files = twin_->files();
+  const auto file =
+      std::ranges::find_if(files, [](const fs::path& one) { return one.filename() == "omarm.xacro"; });
+  ASSERT_NE(file, files.end());
+  std::string refusal;
+  for (int i = 0; i < kMaxSaves && refusal.empty(); ++i) {
+    static_cast<void>(what.files_read->take());
+    std::future<void> built = std::async(std::launch::async, [build = what.begin()] {
+      Diagnostics found;
+      static_cast<void>(build(found));
+    });
+    while (!what.files_read->take().contains(*file) &&
+           built.wait_for(milliseconds(0)) != std::future_status::ready)
+      std::this_thread::yield();
+    std::ofstream(*file, std::ios::app) << "<!-- saved again -->";
+    try {
+      built.get();
+    } catch (const InputError& error) {
+      refusal = error.diagnostics().front().rule;
+    }
+  }
+  EXPECT_EQ(refusal, kEditedMeanwhile);
 }
 
 }  // namespace
