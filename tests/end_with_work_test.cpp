@@ -90,7 +90,7 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   // -- works
   void map_reach() {
     doppel_msgs::srv::GetReach::Request request;
-    request.directions = 40;
+    request.directions = 6;  // still seconds of work, so that it is under way at each end
     ask<doppel_msgs::srv::GetReach>("/b/doppel/reach", request);
   }
   void solve_poses() {
@@ -199,7 +199,7 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
                                               .response_hash = ""});
     ASSERT_TRUE(run_until([this] { return client_->is_available(); })) << "expected the twin on the network";
     doppel_msgs::srv::GetReach::Request request;
-    request.directions = 40;
+    request.directions = 6;  // still seconds of work, so that it is under way at each end
     client_->send(to_cdr(request));
     EXPECT_TRUE(run_until([this] { return bridge_->status().requests == 1; }));
   }

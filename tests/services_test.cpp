@@ -12,7 +12,12 @@
 namespace doppel::test {
 namespace {
 
-class TwinServicesTest : public TwinFixture {};
+class TwinServicesTest : public TwinFixture {
+ protected:
+  static bool has(const std::string& answer, const char* text) {
+    return answer.find(text) != std::string::npos;
+  }
+};
 
 TEST_F(TwinServicesTest, PauseStepsAndUnpauses) {
   bring_up("omarm_one");
@@ -223,6 +228,39 @@ TEST_F(TwinServicesTest, JointEffortEndsAfterDuration) {
   EXPECT_GT(joint("Revolute 1").q, start);
   run(2.0);
   EXPECT_LT(std::abs(joint("Revolute 1").v), 0.05);  // friction has stopped it: the effort has ended
+}
+
+TEST_F(TwinServicesTest, EffortsAndWrenchesBeyondTheirNumberAreRefused) {
+  bring_up("lab_arm");
+  const auto push_joint = [this] {
+    return call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",
+                "{joint_name: j1, effort: 0.001, duration: {sec: 10}}");
+  };
+  const auto push_link = [this] {
+    return call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench",
+                "{link_name: '" + twin_->robot().instance().model().links.back().name +
+                    "', wrench: {force: {x: 0.001}}, duration: {sec: 10}}");
+  };
+  for (int i = 0; i < 256; ++i) ASSERT_TRUE(has(push_joint(), "success: true")) << i;
+  EXPECT_TRUE(has(push_joint(), "too many efforts and wrenches are active"));
+  EXPECT_TRUE(has(push_link(), "too many efforts and wrenches are active"));
+  call("/gazebo/clear_joint_efforts", "gazebo_msgs/srv/JointRequest", "{joint_name: j1}");
+  EXPECT_TRUE(has(push_joint(), "success: true"));
+  EXPECT_TRUE(has(push_link(), "success: true"));
+}
+
+TEST_F(TwinServicesTest, SavedStatesBeyondTheirNumberAreRefused) {
+  bring_up("lab_arm");
+  const auto save = [this](const std::string& name) {
+    return call("/doppel/save_state", "doppel_msgs/srv/SaveState", "{name: " + name + "}");
+  };
+  const char* const refusal = "there are 64 saved states already; delete some";
+  for (int i = 0; i < 64; ++i) ASSERT_TRUE(has(save("state_" + std::to_string(i)), "success: true")) << i;
+  EXPECT_TRUE(has(save("one_more"), refusal));
+  EXPECT_TRUE(has(save("state_0"), "success: true")) << "a state may be replaced";
+  EXPECT_TRUE(has(call("/doppel/delete_state", "doppel_msgs/srv/DeleteState", "{name: state_0}"), "deleted"));
+  EXPECT_TRUE(has(save("one_more"), "success: true"));
+  EXPECT_TRUE(has(save("another"), refusal));
 }
 
 TEST_F(TwinServicesTest, EffortOnHeldJointNamesItsDrive) {

@@ -1,14 +1,21 @@
 // A robot that is spawned while others run: slow work is done outside of the loop, and a failure during it
 // changes nothing.
 
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/twin/loop/twin_core.h"
+#include "doppel/twin/spawn/robot_spawner.h"
 #include "faults.h"
 #include "twin_fixture.h"
 
@@ -148,6 +155,27 @@ TEST_F(SpawnTest, TwinEndsWithoutBuildThatHangs) {
   EXPECT_TRUE(has_abandoned_thread());
   EXPECT_FALSE(answered_);
   hang_compilations(false);
+}
+
+// The deadline is over at once here, so that no build is waited for.
+TEST_F(SpawnTest, RobotIsRefusedWhileTwoEarlierOnesAreBuilt) {
+  TwinCore core(scenario(""), log_, diagnostics_);
+  hang_compilations(true);
+  std::vector<std::string> answers;
+  {
+    RobotSpawner spawner(core, std::chrono::milliseconds(0));
+    for (const char* name : {"first", "second", "third"}) {
+      WorldRobot robot;
+      robot.name_space = name;
+      spawner.spawn(robot, xml_, [&answers, name](const Status& status) {
+        answers.push_back(fmt::format("{}: {}", name, status.ok() ? "spawned" : status.why()));
+      });
+    }
+    hang_compilations(false);
+  }
+  EXPECT_THAT(answers,
+              testing::ElementsAre(testing::HasSubstr("first: the robot took longer than 0 s to build"),
+                                   testing::HasSubstr("third: 2 earlier robots are still being built")));
 }
 
 TEST_F(SpawnTest, EngineFailureChangesNothing) {

@@ -499,12 +499,17 @@ class Twin:
 
     def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
-        simulated time. Raises ServiceError if it is refused."""
+        simulated time. A service that computes beside the twin (the spawning of a robot) has as long by the wall clock, because
+        a small twin steps through those seconds in a moment. Raises ServiceError if it is refused."""
+        end = time.monotonic() + timeout
         steps = self._steps_of("timeout", timeout)
         number = self._t.begin_call(service, message_json(request or {}))
         text = self._answer(service, number)
         if text is None:
             self._t.step_until_answered(number, steps)
+            text = self._answer(service, number)
+        while text is None and time.monotonic() < end:
+            time.sleep(0.001)
             text = self._answer(service, number)
         if text is None:
             raise ServiceError(f"{service} has not answered in {timeout} s")

@@ -240,11 +240,19 @@ class RemovedRobotTest(unittest.TestCase):
         self.assertIn("rod", self.right.link_poses())
         self.check_left_is_refused()
 
-    def test_RobotSpawnedInSameNamespaceIsAnotherOne(self):
-        joints = "".join(f"""<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+    def longer_pendulum(self, joints):
+        more = "".join(f"""<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
           </inertial></link><joint name="j{i}" type="continuous"><parent link="{f'l{i - 1}' if i else 'rod'}"/><child link="l{i}"/>
-          <limit effort="1" velocity="1"/></joint>""" for i in range(3))
-        longer = PENDULUM.replace("</robot>", joints + "</robot>")
+          <limit effort="1" velocity="1"/></joint>""" for i in range(joints))
+        return PENDULUM.replace("</robot>", more + "</robot>")
+
+    def test_SpawnIsAnsweredWhereTwinStepsFasterThanRobotIsBuilt(self):
+        request = {"name": "guest", "robot_namespace": "guest", "xml": self.longer_pendulum(60)}
+        answer = self.twin.call("/spawn_entity", request, timeout=20)
+        self.assertTrue(answer["success"], answer)
+
+    def test_RobotSpawnedInSameNamespaceIsAnotherOne(self):
+        longer = self.longer_pendulum(3)
         # Both are requested before the twin is stepped, so that no call sees the twin without a robot 'left'.
         self.twin._t.begin_call("/delete_entity", json.dumps({"name": "left"}))
         self.twin._t.begin_call("/spawn_entity", json.dumps({"name": "left", "robot_namespace": "left", "xml": longer}))

@@ -12,7 +12,11 @@ void TerminalLog::add(const LogLine& said) {
   if (!table_) return print(line);
   recent_.push_back(line);
   if (recent_.size() > 4) recent_.pop_front();
-  if (line.severity != Severity::note) kept_.push_back(line);
+  if (line.severity == Severity::note) return;
+  kept_.push_back(line);
+  if (kept_.size() <= kMaxKept) return;
+  kept_.pop_front();
+  ++left_out_;
 }
 
 void TerminalLog::table_begins() {
@@ -23,6 +27,8 @@ void TerminalLog::table_begins() {
 void TerminalLog::table_ends() {
   const std::lock_guard lock(mutex_);
   table_ = false;
+  if (left_out_ > 0) print_stderr("  {} earlier warnings and errors are left out\n", left_out_);
+  left_out_ = 0;
   for (const LogLine& line : kept_) print(line);
   kept_.clear();
 }

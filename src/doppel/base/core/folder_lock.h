@@ -1,10 +1,7 @@
 #pragma once
 // A lock between processes of one user: who works on the files of a folder, one after another.
 
-#include <fcntl.h>
-#include <sys/file.h>
-
-#include <cerrno>
+#include <chrono>
 #include <filesystem>
 
 #include "doppel/base/core/file_descriptor.h"
@@ -12,13 +9,16 @@
 
 namespace doppel {
 
-// Waits for the lock. A folder that cannot be opened is not locked.
+// Held while it lives. A folder that cannot be opened, or whose file system has no locks, is not locked.
 class DOPPEL_API FolderLock {
  public:
-  explicit FolderLock(const std::filesystem::path& folder)
-      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    while (folder_.is_open() && flock(folder_.get(), LOCK_EX) != 0 && errno == EINTR) continue;
-  }
+  // Far longer than any of its holders works. One that was stopped (Ctrl-Z, a debugger) has it for as long as
+  // it stands still, and must not stop all others.
+  static constexpr std::chrono::milliseconds kLockTimeout{3000};
+
+  // Throws InputError "folder.locked" where another process has the lock for longer than `lock_timeout`.
+  explicit FolderLock(const std::filesystem::path& folder,
+                      std::chrono::milliseconds lock_timeout = kLockTimeout);
 
  private:
   FileDescriptor folder_;

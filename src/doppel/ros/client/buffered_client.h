@@ -12,12 +12,17 @@
 namespace doppel {
 
 struct DOPPEL_API ReceiveBuffer {
+  static constexpr std::size_t kMaxUnread = 100'000;  // messages
+
   std::map<std::string, Client::Topic> topics;
   std::map<std::string, Client::Service> services;
   std::deque<Client::Received> inbox;
+  std::uint64_t lost = 0;  // messages that have come while so many waited, and that were not reported yet
   std::map<std::uint32_t, Client::Answer> answers;
   std::uint32_t calls = 0;  // number of the last call
 
+  // For next(). Such messages wait while the program waits for something else, such as an answer.
+  void keep(Client::Received message);
   // True: the response has arrived, and is moved to `answer`.
   bool take(std::uint32_t call, Client::Answer& answer);
 };
@@ -31,6 +36,7 @@ class DOPPEL_API BufferedClient : public Client {
 
  private:
   [[nodiscard]] virtual ReceiveBuffer& buffer() const = 0;  // of the connection
+  virtual void warn(const std::string& text) const = 0;
 };
 
 }  // namespace doppel

@@ -21,7 +21,6 @@ constexpr auto kInterruptCheck = 20ms;
 constexpr auto kSettleTime = 250ms;
 constexpr auto kMaxDiscoveryTime = 2000ms, kMaxIncompleteTime = 5000ms;
 constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
-constexpr std::size_t kMaxUnread = 100'000;
 
 void drain(int fd) {
   std::uint64_t count = 0;
@@ -157,11 +156,8 @@ void GraphClient::Impl::turn() {
   }
   Sample sample;
   for (auto& [topic, subscription] : subscriptions) {
-    while (subscription.reader->take(sample)) {
-      if (inbox.size() < kMaxUnread)
-        inbox.push_back(
-            {topic, subscription.type, time_from_nanoseconds(sample.source_timestamp), sample.cdr});
-    }
+    while (subscription.reader->take(sample))
+      keep({topic, subscription.type, time_from_nanoseconds(sample.source_timestamp), sample.cdr});
   }
   take_replies();
 }
@@ -227,6 +223,9 @@ GraphClient::~GraphClient() = default;
 
 ReceiveBuffer& GraphClient::buffer() const {
   return *impl_;
+}
+void GraphClient::warn(const std::string& text) const {
+  impl_->warn(text);
 }
 
 std::vector<std::string> GraphClient::nodes() {

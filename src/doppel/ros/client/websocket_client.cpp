@@ -27,7 +27,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kInterruptCheck = std::chrono::milliseconds(20);
 constexpr std::size_t kMaxMessageBytes = std::size_t{256} << 20;
-constexpr std::size_t kMaxUnread = 100'000;  // received messages that were not taken yet
 
 }  // namespace
 
@@ -219,9 +218,9 @@ struct WebSocketClient::Impl : ReceiveBuffer {
   void handle(const foxglove::MessageData& data) {
     const auto offer =
         offers.find(data.subscription);  // this client uses the channel's id as subscription id
-    if (offer == offers.end() || inbox.size() >= kMaxUnread) return;
-    inbox.push_back({offer->second.topic, offer->second.schema_name, data.stamp,
-                     Bytes(data.payload.begin(), data.payload.end())});
+    if (offer == offers.end()) return;
+    keep({offer->second.topic, offer->second.schema_name, data.stamp,
+          Bytes(data.payload.begin(), data.payload.end())});
   }
 
   // Queued for the next write outside of a handler.
@@ -270,6 +269,9 @@ const std::string& WebSocketClient::server_name() const {
 }
 ReceiveBuffer& WebSocketClient::buffer() const {
   return *impl_;
+}
+void WebSocketClient::warn(const std::string& text) const {
+  if (impl_->options.on_status) impl_->options.on_status(text);
 }
 
 std::vector<std::string> WebSocketClient::nodes() {

@@ -47,6 +47,7 @@ class DOPPEL_API WebSocketClient : public BufferedClient {
 
  private:
   [[nodiscard]] ReceiveBuffer& buffer() const override;
+  void warn(const std::string& text) const override;
 
   struct Impl;
   std::unique_ptr<Impl> impl_;

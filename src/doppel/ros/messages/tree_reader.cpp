@@ -30,6 +30,16 @@ struct ParseError {
   throw ParseError{fmt::format("{}:{}: {}", node.place.line, node.place.column, why)};
 }
 
+// The begin of a text that may be as long as its message. It ends with a whole character, because an answer
+// is UTF-8.
+std::string beginning_of(std::string_view text) {
+  constexpr std::size_t kShown = 100;  // bytes
+  if (text.size() <= kShown) return std::string(text);
+  std::size_t end = kShown;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
+  return fmt::format("{}...", text.substr(0, end));
+}
+
 bool is_scalar(const TextNode& node) {
   return node.kind == TextKind::scalar;
 }
@@ -94,7 +104,7 @@ class TreeReader {
     if (node.kind == TextKind::map) return "a map";
     if (node.kind == TextKind::list) return "a list";
     if (node.kind == TextKind::nothing) return "nothing";
-    return fmt::format("'{}'", tree_.text(node));
+    return fmt::format("'{}'", beginning_of(tree_.text(node)));
   }
 
   void initial(const TypeDescription& type) {
@@ -167,9 +177,8 @@ class TreeReader {
                                         const TextNode& name) {
     std::vector<std::string> names;
     for (const FieldDescription& field : type.fields) names.push_back(field.name);
-    constexpr std::size_t kShown = 100;  // bytes of a name that may be as long as its message
-    refuse(name, fmt::format("{} has no field '{}{}'{}", type.name, key.substr(0, kShown),
-                             key.size() > kShown ? "..." : "", did_you_mean(key, names)));
+    refuse(name,
+           fmt::format("{} has no field '{}'{}", type.name, beginning_of(key), did_you_mean(key, names)));
   }
 
   void initial(const FieldDescription& field) {

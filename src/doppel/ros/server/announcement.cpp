@@ -13,7 +13,10 @@
 #include <chrono>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/folder_lock.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/read_file.h"
@@ -25,6 +28,8 @@ namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxAnnouncementBytes = std::size_t{4} << 20;  // of the nodes of some thousand robots
 
 bool is_alive(int pid) {
   return kill(pid, 0) == 0 || errno == EPERM;
@@ -73,7 +78,6 @@ bool write_private(const fs::path& file, const std::string& text) {
 }  // namespace
 
 std::optional<RunningTwin> read_announcement(const fs::path& file) {
-  constexpr std::size_t kMaxAnnouncementBytes = std::size_t{4} << 20;  // of the nodes of some thousand robots
   const auto object = nlohmann::json::parse(read_content(file, kMaxAnnouncementBytes).bytes, nullptr, false);
   if (!object.is_object()) return std::nullopt;
   try {
@@ -126,9 +130,16 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
 }
 
 void Announcement::write() {
+  const std::string text = to_json(about_);
+  // Others would take it for a broken one and remove it: the earlier one stays.
+  if (text.size() > kMaxAnnouncementBytes) {
+    problem_ = fmt::format("the announcement, with the names of {} nodes, is larger than {} MB",
+                           about_.nodes.size(), kMaxAnnouncementBytes >> 20);
+    return;
+  }
   const fs::path file = announcement_folder() / fmt::format("{}-{}.json", about_.pid, about_.port);
   const fs::path draft = file.string() + ".new";  // renamed when complete, so that readers never get a part
-  if (!write_private(draft, to_json(about_))) {
+  if (!write_private(draft, text)) {
     problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
     unlink(draft.c_str());
     return;
@@ -148,8 +159,20 @@ void Announcement::mark_emulated() {
 }
 
 std::optional<RunningTwin> Announcement::enter_domain(std::uint32_t domain, std::vector<std::string> nodes) {
+  return enter_domain(domain, std::move(nodes), FolderLock::kLockTimeout);
+}
+
+std::optional<RunningTwin> Announcement::enter_domain(std::uint32_t domain, std::vector<std::string> nodes,
+                                                      std::chrono::milliseconds lock_timeout) {
   if (file_.empty()) return std::nullopt;
-  const FolderLock lock(announcement_folder());
+  std::optional<FolderLock> lock;
+  try {
+    lock.emplace(announcement_folder(), lock_timeout);
+  } catch (const InputError& error) {
+    // The twin runs all the same, and its names are compared with those of the twins that run already.
+    const Diagnostic& why = error.diagnostics().front();
+    problem_ = fmt::format("{} ({})", why.message, why.fix);
+  }
   for (RunningTwin& twin : find_running()) {
     const bool is_own = twin.pid == about_.pid && twin.port == about_.port;
     if (!is_own && twin.domain == domain && std::ranges::find_first_of(twin.nodes, nodes) != twin.nodes.end())

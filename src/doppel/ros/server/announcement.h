@@ -2,6 +2,7 @@
 // The announcements by which shells find running twins: a file per twin in the user's run-time folder
 // ($XDG_RUNTIME_DIR/doppel, else /tmp/doppel-<uid>, readable only by the user).
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -36,12 +37,17 @@ class DOPPEL_API Announcement {
   Announcement(const Announcement&) = delete;
   Announcement& operator=(const Announcement&) = delete;
 
-  [[nodiscard]] const std::string& problem() const { return problem_; }  // empty: announced
+  // Why it is not announced, or not safely (enter_domain()); empty: it is.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
 
   void mark_emulated();
   // Announces the nodes that are about to join the domain, unless a running twin of this user has one of
-  // their names there: it is returned, and nothing is announced. If two start at once, one gets the names.
+  // their names there: it is returned, and nothing is announced. If two start at once, one gets the names,
+  // unless another process keeps the folder locked for longer than `lock_timeout` (else
+  // FolderLock::kLockTimeout).
   std::optional<RunningTwin> enter_domain(std::uint32_t domain, std::vector<std::string> nodes);
+  std::optional<RunningTwin> enter_domain(std::uint32_t domain, std::vector<std::string> nodes,
+                                          std::chrono::milliseconds lock_timeout);
 
  private:
   void write();

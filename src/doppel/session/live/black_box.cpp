@@ -12,7 +12,6 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/file_descriptor.h"
-#include "doppel/base/core/folder_lock.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/base/core/user_folders.h"
@@ -41,6 +40,7 @@ constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between
 constexpr std::uint64_t kMaxRollingFile = std::uint64_t{9} << 20U, kMaxRolling = std::uint64_t{45} << 20U,
                         kMaxJournal = std::uint64_t{16} << 20U, kMaxFiles = std::uint64_t{24} << 20U,
                         kMaxMeshes = std::uint64_t{16} << 20U;
+static_assert(kMaxRolling + kMaxJournal + kMaxFiles == std::uint64_t{85} << 20U && kMaxMeshes < kMaxFiles);
 constexpr const char *kJournal = "journal", *kFiles = "files";  // within the folder of the rolling files
 constexpr const char* kSnapshot = "snapshot";
 constexpr const char* kNotRunAgain = "not_resimulated_because";
@@ -66,10 +66,21 @@ std::string bag_name(const std::string& cause) {
   return out;
 }
 
+// The name with a number behind the highest one that exists: the oldest bags are removed first, so that no
+// name is that of a bag which somebody was given before.
 fs::path unused_path(const fs::path& preferred) {
-  fs::path out = preferred;
-  for (int number = 2; fs::exists(out); ++number) out = preferred.string() + fmt::format("_{}", number);
-  return out;
+  const std::string name = preferred.filename().string() + "_";
+  int highest = fs::exists(preferred) ? 1 : 0;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(preferred.parent_path(), none)) {
+    const std::string other = entry.path().filename().string();
+    int number = 0;
+    if (!other.starts_with(name)) continue;
+    const auto [end, error] =
+        std::from_chars(other.data() + name.size(), other.data() + other.size(), number);
+    if (error == std::errc() && end == other.data() + other.size()) highest = std::max(highest, number);
+  }
+  return highest == 0 ? preferred : fs::path(preferred.string() + fmt::format("_{}", highest + 1));
 }
 
 // The scratch is checked before anything is looked for in it, because another user may have made it. The
@@ -113,11 +124,13 @@ pid_t process_of(const fs::path& folder) {
   return out;
 }
 
-std::unique_ptr<BagWriter> new_bag(const fs::path& folder, const std::string& cause) {
+// Throws InputError, also where another twin keeps the folder locked.
+std::unique_ptr<BagWriter> new_bag(const fs::path& folder, const std::string& cause,
+                                   std::chrono::milliseconds lock_timeout) {
   std::error_code none;
   fs::create_directories(folder, none);
   // Twins that write at the same time choose names and make folders one after another.
-  const FolderLock lock(folder);
+  const FolderLock lock(folder, lock_timeout);
   BagWriterOptions options;
   options.folder = unused_path(folder / bag_name(cause.substr(0, cause.find(':'))));
   options.distro = to_string(ros_distro());
@@ -154,11 +167,11 @@ bool has_recording(const fs::path& rolling) {
 
 // Copies what is whole of the files of a process that was killed. Empty: there was no message. Throws where
 // it cannot be copied as a whole.
-fs::path recovered(const fs::path& rolling, const fs::path& folder) {
+fs::path recovered(const fs::path& rolling, const BlackBoxOptions& options) {
   if (!has_recording(rolling)) return {};
   BagReader bag(rolling.string());
   if (bag.contents().messages == 0) return {};
-  const std::unique_ptr<BagWriter> copy = new_bag(folder, "killed");
+  const std::unique_ptr<BagWriter> copy = new_bag(options.folder, "killed", options.lock_timeout);
   try {
     if (const auto journal = journal_attachment(rolling / kJournal))
       copy->attach(*journal, bag.contents().end);
@@ -305,7 +318,7 @@ void BlackBox::salvage() {
 // A folder that cannot be copied stays, and the next start after this process tries again.
 void BlackBox::copy_killed(const fs::path& rolling) {
   try {
-    const fs::path bag = recovered(rolling, options_.folder);
+    const fs::path bag = recovered(rolling, options_);
     std::error_code none;
     fs::remove_all(rolling, none);
     if (!bag.empty())
@@ -371,7 +384,7 @@ void BlackBox::write(const std::string& cause, const Done& done) {
   const auto bag = std::make_shared<fs::path>();
   BusRecorder::Copy copy;
   copy.make_bag = [this, cause, bag] {
-    auto out = new_bag(options_.folder, cause);
+    auto out = new_bag(options_.folder, cause, options_.lock_timeout);
     *bag = out->folder();
     return out;
   };

@@ -18,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "doppel/base/core/folder_lock.h"
 #include "doppel/base/core/log.h"
 #include "doppel/export.h"
 #include "doppel/lab/recording/parameter_snapshot.h"
@@ -36,6 +37,8 @@ struct BlackBoxOptions {
   std::size_t max_bags = 20, max_snapshots = 10;  // the oldest ones of each are removed
   std::string version;                            // of doppel
   bool keeps_states = false;                      // Twin::keep_states(), which a rewind needs again
+  // Time in which another twin chooses the name of a bag; a bag that waits longer is not written.
+  std::chrono::milliseconds lock_timeout = FolderLock::kLockTimeout;
 };
 // scratch: that of the announcements; folder: $XDG_STATE_HOME/doppel/black_box, else
 // ~/.local/state/doppel/black_box, empty without a home.

@@ -42,7 +42,8 @@ ServerOptions server_options(const std::string& name, const ServerEdgeOptions& o
 
 ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,
                        std::shared_ptr<AssetLibrary> assets, const Log& log)
-    : server_(bus, server_options(robot, options, std::move(assets)), log),
+    : log_(log),
+      server_(bus, server_options(robot, options, std::move(assets)), log),
       announcement_(robot, server_.port(), server_.own_address(), server_.token()) {
   if (options.emulated) announcement_.mark_emulated();
   if (announcement_.problem().empty()) return;
@@ -52,7 +53,13 @@ ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptio
 }
 
 void ServerEdge::enter_domain(std::uint32_t domain, std::vector<std::string> nodes) {
+  const std::string before = announcement_.problem();
   const auto other = announcement_.enter_domain(domain, std::move(nodes));
+  if (announcement_.problem() != before) {
+    log_.warning("server",
+                 fmt::format("a twin that starts in this domain may get the same names of nodes: {}",
+                             announcement_.problem()));
+  }
   if (!other) return;
   throw InputError(
       "ros.names_taken", {},

@@ -34,7 +34,7 @@ class DOPPEL_API ServerEdge {
 
   [[nodiscard]] const Server& server() const { return server_; }
   // The nodes are about to join the domain. Throws InputError where a running twin of this user has their
-  // names.
+  // names; logs why it cannot be made sure that no other one gets them.
   void enter_domain(std::uint32_t domain, std::vector<std::string> nodes);
   // A line with its address, for the terminal.
   [[nodiscard]] std::string banner() const;
@@ -42,6 +42,7 @@ class DOPPEL_API ServerEdge {
   [[nodiscard]] std::string page_line() const;
 
  private:
+  const Log& log_;
   Server server_;
   Announcement announcement_;
 };

@@ -10,7 +10,6 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMaxWaiting = 64;
 constexpr int kNiceness = 5;  // so that the loop comes first on a machine with few processors
 
 }  // namespace

@@ -16,8 +16,8 @@ namespace {
 constexpr const char* kSpawnLogOrigin = "gazebo";
 constexpr int kMaxBuilds = 3;      // of one robot, repeated when other robots are added or removed meanwhile
 constexpr int kMaxUnfinished = 2;  // builds at once; more would take the processors from the loop
-constexpr std::chrono::seconds kSpawnDeadline{10};  // after it another robot may be spawned instead
-constexpr std::chrono::seconds kBuildEndTime{1};    // in which a build may end when the twin does
+constexpr std::chrono::seconds kSpawnDeadline{10};
+constexpr std::chrono::seconds kBuildEndTime{1};  // in which a build may end when the twin does
 
 // Meshes and controllers' files outside of packages are not read, so that a client cannot read arbitrary
 // files of the machine by a service. Throws InputError.
@@ -109,7 +109,10 @@ struct RobotSpawner::BuildResults {
   RobotSpawner* spawner = nullptr;  // nullptr: there is none any more
 };
 
-RobotSpawner::RobotSpawner(TwinCore& core) : core_(core), build_results_(std::make_shared<BuildResults>()) {
+RobotSpawner::RobotSpawner(TwinCore& core) : RobotSpawner(core, kSpawnDeadline) {}
+
+RobotSpawner::RobotSpawner(TwinCore& core, std::chrono::milliseconds deadline)
+    : core_(core), deadline_(deadline), build_results_(std::make_shared<BuildResults>()) {
   build_results_->spawner = this;
 }
 
@@ -122,7 +125,7 @@ RobotSpawner::~RobotSpawner() {
 }
 
 void RobotSpawner::spawn(WorldRobot robot, SpawnedText text, Done done) {
-  if (spawning_ != nullptr && std::chrono::steady_clock::now() - spawning_->begin < kSpawnDeadline)
+  if (spawning_ != nullptr && std::chrono::steady_clock::now() - spawning_->begin < deadline_)
     return done(Status::refused("another robot is being spawned; call again when it is in the world"));
   if (builds_.unfinished() >= kMaxUnfinished) {
     return done(Status::refused(fmt::format(
@@ -198,8 +201,8 @@ void RobotSpawner::abandon_build() {
   const auto abandoned = std::exchange(spawning_, nullptr);
   builds_.abandon();
   answer(*abandoned, Status::refused(fmt::format(
-                         "the robot took longer than {} s to build, and another one is spawned instead",
-                         kSpawnDeadline.count())));
+                         "the robot took longer than {:g} s to build, and another one is spawned instead",
+                         std::chrono::duration<double>(deadline_).count())));
 }
 
 }  // namespace doppel

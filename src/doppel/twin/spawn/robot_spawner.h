@@ -2,6 +2,7 @@
 // Robots that are spawned while the twin runs: prepared on a thread of their own, which may never end, and
 // added to the twin between two steps.
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -29,6 +30,8 @@ using SpawnedText = std::variant<std::string, SdfModel>;  // a URDF, or a read m
 class DOPPEL_API RobotSpawner {
  public:
   explicit RobotSpawner(TwinCore& core);
+  // `deadline`: the time after which another robot may be spawned instead of one that is still being built.
+  RobotSpawner(TwinCore& core, std::chrono::milliseconds deadline);
   ~RobotSpawner();
   RobotSpawner(const RobotSpawner&) = delete;
   RobotSpawner& operator=(const RobotSpawner&) = delete;
@@ -47,6 +50,7 @@ class DOPPEL_API RobotSpawner {
   void abandon_build();
 
   TwinCore& core_;
+  const std::chrono::milliseconds deadline_;
   int jobs_ = 0;                        // so far
   std::shared_ptr<Spawning> spawning_;  // by `builds_`; nullptr: none
   const std::shared_ptr<BuildResults> build_results_;

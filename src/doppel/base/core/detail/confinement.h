@@ -1,7 +1,8 @@
 #pragma once
 // A filter of system calls for a child that reads and computes only: it cannot change a file, start a
-// process, reach the network or another process. Its pipes are its only effects. The paths of files are not
-// visible to a filter, so that devices can be opened to read them.
+// process, reach the network or another process, or read another one's environment or memory. Its pipes are
+// its only effects. The paths of files are not visible to a filter, so that devices can be opened to read
+// them.
 
 #include <linux/filter.h>
 

@@ -1,7 +1,9 @@
 #include "doppel/base/core/child_process.h"
 
 #include <gmock/gmock.h>
+#include <linux/landlock.h>
 #include <signal.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <array>
@@ -145,6 +147,17 @@ TEST_F(ConfinedChild, ReadsFilesAndFolders) {
 TEST_F(ConfinedChild, HasNoVariablesOfItsUser) {
   setenv("DOPPEL_TEST_PASSWORD", "secret", 1);
   EXPECT_EQ(output("print('DOPPEL_TEST_PASSWORD' in os.environ, 'PATH' in os.environ)"), "False True\n");
+}
+
+// /proc has the environment of each process of the same user, also that of the shell.
+TEST_F(ConfinedChild, ReadsNoEnvironmentOfOtherProcess) {
+  if (syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION) < 0)
+    GTEST_SKIP() << "the kernel has no Landlock";
+  for (const std::string file : {"environ", "mem"}) {
+    const std::string of_parent = "/proc/" + std::to_string(getpid()) + "/" + file;
+    EXPECT_EQ(error("open('" + of_parent + "', 'rb').read(1)"), "13\n") << file;
+  }
+  EXPECT_EQ(error("open('/proc/self/environ', 'rb').read(1)"), "no error\n");
 }
 
 TEST_F(ConfinedChild, ChangesNoFile) {

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
@@ -13,6 +14,9 @@ namespace {
 constexpr int kAllThreads = std::numeric_limits<int>::max();
 std::atomic<int> threads_left{kAllThreads};
 std::atomic<std::time_t> seconds_ahead{0};
+std::atomic<bool> is_disk_slow{false};
+std::atomic<int> syncs_on_slow_disk{0}, failed_syncs_on_slow_disk{0};
+std::atomic<int> sync_error{0};  // errno
 
 template <class Function>
 Function system_function(const char* name) {
@@ -35,6 +39,31 @@ WallClockAhead::~WallClockAhead() {
   seconds_ahead = 0;
 }
 
+SlowDisk::SlowDisk() {
+  syncs_on_slow_disk = failed_syncs_on_slow_disk = 0;
+  is_disk_slow = true;
+}
+SlowDisk::~SlowDisk() {
+  release();
+}
+void SlowDisk::wait_for_sync() {
+  syncs_on_slow_disk.wait(0);
+}
+void SlowDisk::release() {
+  is_disk_slow = false;
+  is_disk_slow.notify_all();
+}
+int SlowDisk::failed_syncs() {
+  return failed_syncs_on_slow_disk;
+}
+
+FailingDisk::FailingDisk(int error) {
+  sync_error = error;
+}
+FailingDisk::~FailingDisk() {
+  sync_error = 0;
+}
+
 }  // namespace doppel
 
 // The system's functions, replaced in the whole program, also for the shared libraries that it uses.
@@ -51,5 +80,22 @@ extern "C" __attribute__((visibility("default"))) int clock_gettime(clockid_t cl
   static const auto get = doppel::system_function<decltype(&clock_gettime)>("clock_gettime");
   const int result = get(clock, time);
   if (clock == CLOCK_REALTIME && result == 0) time->tv_sec += doppel::seconds_ahead;
+  return result;
+}
+
+extern "C" __attribute__((visibility("default"))) int fsync(int file) {
+  static const auto system_sync = doppel::system_function<decltype(&fsync)>("fsync");
+  if (const int error = doppel::sync_error; error != 0) {
+    errno = error;
+    return -1;
+  }
+  const bool is_slow = doppel::is_disk_slow;
+  if (is_slow) {
+    ++doppel::syncs_on_slow_disk;
+    doppel::syncs_on_slow_disk.notify_all();
+    doppel::is_disk_slow.wait(true);
+  }
+  const int result = system_sync(file);
+  if (is_slow && result != 0) ++doppel::failed_syncs_on_slow_disk;
   return result;
 }

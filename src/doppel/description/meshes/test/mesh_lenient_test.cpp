@@ -137,6 +137,24 @@ TEST_F(MeshToleranceTest, PipesAndFoldersAreRefused) {
   EXPECT_NE(rule_of_refusal((folder_ / "none.ply").string()), "accepted");
 }
 
+// The files are sparse: they take no space on the disk.
+TEST_F(MeshToleranceTest, FilesBeyondTheirBoundsAreRefused) {
+  const auto problem = [this](const char* name, std::uintmax_t bytes) -> std::string {
+    const std::string path = write(name, "");
+    fs::resize_file(path, bytes);
+    try {
+      load_mesh(path, Eigen::Vector3d::Ones());
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  for (const char* name : {"huge.stl", "huge.obj", "huge.dae"})
+    EXPECT_NE(problem(name, (std::uintmax_t{1} << 30) + 1).find("larger than"), std::string::npos) << name;
+  const std::string by_assimp = problem("huge.glb", (std::uintmax_t{256} << 20) + 1);
+  EXPECT_NE(by_assimp.find("larger than 256 MB"), std::string::npos) << by_assimp;
+}
+
 TEST_F(MeshToleranceTest, BinaryStlWithSolidHeaderAndTrailerIsRead) {
   std::string bytes = "solid of a part";
   bytes.resize(80, ' ');

@@ -235,5 +235,31 @@ TEST_F(LaunchRulesTest, AnswersWithoutEndAreRefused) {
   EXPECT_THAT(notes, HasSubstr("'b.launch.py': the records of the launch file are larger than 16 MB"));
 }
 
+// Each answer is memory and time of this process.
+TEST_F(LaunchRulesTest, RequestsBeyondTheirNumberEndReader) {
+  write("urdf/r.urdf", robot(""));
+  package();
+  const auto notes_of = [&](int requests) {
+    launch_file("a.launch.py", "",
+                "  import os\n  for i in range(" + std::to_string(requests) +
+                    "):\n    os.write(3, b'{}\\n')\n    os.read(4, 9)\n");
+    std::string out;
+    for (const Finding& one : of("package.launch_unread")) out += one.subject + ": " + one.message + "\n";
+    return out;
+  };
+  EXPECT_EQ(notes_of(4000), "");
+  EXPECT_THAT(notes_of(5001), HasSubstr("'a.launch.py': the launch file takes too long to read"));
+}
+
+TEST_F(LaunchRulesTest, FilesAfterFourThatEndTheirReadersAreNotRead) {
+  write("urdf/r.urdf", robot(""));
+  package();
+  for (const char* name : {"a.launch.py", "b.launch.py", "c.launch.py", "d.launch.py", "e.launch.py"})
+    launch_file(name, "", "  import os; os._exit(0)\n");
+  std::string notes;
+  for (const Finding& one : of("package.launch_unread")) notes += one.message + "\n";
+  EXPECT_THAT(notes, HasSubstr("1 of 5 launch files are not read: too many files end their reader"));
+}
+
 }  // namespace
 }  // namespace doppel

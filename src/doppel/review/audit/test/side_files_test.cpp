@@ -211,7 +211,7 @@ TEST_F(SideFilesTest, RandomBuildFilesAreReadToEnd) {
                                        "=",
                                        "+"};
   std::mt19937 random{20241122};
-  for (int round = 0; round < 3000; ++round) {
+  for (int round = 0; round < 1000; ++round) {
     std::string text;
     const auto count = 1 + random() % 60;
     for (std::size_t i = 0; i < count; ++i)

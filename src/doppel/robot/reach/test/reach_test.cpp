@@ -122,7 +122,7 @@ TEST(ArmReach, PoseOfPlanarArmIsItsPositionWithNote) {
 TEST(ReachMap, AreaOfPlanarArmIsThatOfItsRing) {
   const PlanarArm arm;
   ReachMapOptions options;
-  options.cell = 0.01;
+  options.cell = 0.02;
   options.directions = 1;
   options.collisions = false;
   const ReachMap map = make_reach_map(arm.model, arm.chain, nullptr, options);
@@ -139,9 +139,9 @@ TEST(ReachMap, AreaOfPlanarArmIsThatOfItsRing) {
     }
   }
   EXPECT_EQ(outside, 0);
-  EXPECT_NEAR(in_plane * 0.01 * 0.01, M_PI * (0.25 - 0.01), 0.01 * 2 * M_PI * 0.6);
+  EXPECT_NEAR(in_plane * 0.02 * 0.02, M_PI * (0.25 - 0.01), 0.02 * 2 * M_PI * 0.6);
   const ReachFacts facts = reach_facts(map, {0, 0, 0.1});
-  EXPECT_NEAR(facts.farthest, 0.5, 0.011);
+  EXPECT_NEAR(facts.farthest, 0.5, 0.021);
 }
 
 TEST(ReachMap, NumberOfThreadsDoesNotChangeMap) {

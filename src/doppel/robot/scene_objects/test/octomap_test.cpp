@@ -125,5 +125,35 @@ TEST(Octomap, DamagedDataAreRefusedWithTheirReason) {
   EXPECT_THAT(refusal({"OcTree", kResolution, true, deep}), HasSubstr("below level 16"));
 }
 
+// The binary data of a tree, depth first: each node has eight children, and those of the last level are what
+// `leaves` says, in two bits each.
+void add_node(int level, std::uint16_t leaves, std::vector<std::uint8_t>& out) {
+  constexpr std::uint16_t kInner = 0xFFFF;
+  const std::uint16_t bits = level == 0 ? leaves : kInner;
+  out.push_back(static_cast<std::uint8_t>(bits & 0xFFU));
+  out.push_back(static_cast<std::uint8_t>(bits >> 8U));
+  if (level == 0) return;
+  for (int child = 0; child < 8; ++child) add_node(level - 1, leaves, out);
+}
+
+// The number of boxes, or the reason why there are none.
+std::string boxes_of_tree(int levels, std::uint16_t leaves) {
+  std::vector<std::uint8_t> data;
+  add_node(levels, leaves, data);
+  try {
+    return std::to_string(occupied_cells({"OcTree", kResolution, true, data})->size());
+  } catch (const InputError& problem) {
+    return problem.what();
+  }
+}
+
+TEST(Octomap, LeavesAndBoxesBeyondTheirNumbersAreRefused) {
+  constexpr std::uint16_t kAllOccupied = 0xAAAA, kFirstOccupied = 0x0002;
+  EXPECT_EQ(boxes_of_tree(3, kAllOccupied), "1") << "expected 4096 leaves to be joined";
+  EXPECT_THAT(boxes_of_tree(6, kAllOccupied), HasSubstr("has more than 2000000 occupied leaves"));
+  EXPECT_EQ(boxes_of_tree(4, kFirstOccupied), "4096") << "no two touch each other";
+  EXPECT_THAT(boxes_of_tree(5, kFirstOccupied), HasSubstr("has 32768 separate boxes, more than 20000"));
+}
+
 }  // namespace
 }  // namespace doppel

@@ -160,6 +160,24 @@ TEST(SceneObjects, OctomapKeepsItsName) {  // planning_scene.cpp:1545, 1776
   EXPECT_EQ(scene.find(kOctomapId), nullptr);
 }
 
+TEST(SceneObjects, ObjectBeyondTheirNumberIsRefused) {
+  SceneObjects scene;
+  for (std::size_t i = 0; i < kMaxSceneObjects; ++i)
+    scene.add(box("box" + std::to_string(i), moved(1, 0, 0)));
+  EXPECT_THAT(refusal([&] { scene.add(box("more", moved(1, 0, 0))); }), HasSubstr("scene.count: "));
+  EXPECT_THAT(refusal([&] { scene.append(box("more", moved(1, 0, 0))); }), HasSubstr("scene.count: "));
+  SceneObject held = box("more", moved(0, 0, 0.1));
+  held.link = "hand";
+  EXPECT_THAT(refusal([&] { scene.attach(held, kLinks); }), HasSubstr("scene.count: "));
+  const auto cells = std::make_shared<const std::vector<Eigen::AlignedBox3d>>(
+      1, Eigen::AlignedBox3d(Eigen::Vector3d::Zero(), Eigen::Vector3d::Ones()));
+  EXPECT_THAT(refusal([&] { scene.set_octomap(cells, moved(1, 0, 0)); }), HasSubstr("scene.count: "));
+  EXPECT_EQ(scene.all().size(), kMaxSceneObjects);
+  EXPECT_EQ(refusal([&] { scene.add(box("box0", moved(2, 0, 0))); }), "") << "it replaces one";
+  scene.remove("box1");
+  EXPECT_EQ(refusal([&] { scene.add(box("more", moved(1, 0, 0))); }), "");
+}
+
 TEST(SceneObjects, FramesAreFoundByLongestNamesWithSlashes) {  // subframes_test.cpp:185
   SceneObjects scene;
   SceneObject shelf = box("room/shelf", moved(1, 0, 0));

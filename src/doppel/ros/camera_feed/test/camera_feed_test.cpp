@@ -5,7 +5,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
+#include <list>
 #include <nlohmann/json.hpp>
 
 #include "doppel/base/images/image.h"
@@ -33,6 +35,15 @@ class Subscriber {
     EXPECT_EQ(::send(fd_, hello.data(), hello.size(), 0), static_cast<ssize_t>(hello.size()));
   }
   ~Subscriber() { ::close(fd_); }
+  Subscriber(const Subscriber&) = delete;
+  Subscriber& operator=(const Subscriber&) = delete;
+
+  // The publisher has closed the connection.
+  [[nodiscard]] bool is_closed() const {
+    char byte = 0;
+    const ssize_t count = ::recv(fd_, &byte, 1, MSG_PEEK);
+    return count == 0 || (count < 0 && errno == ECONNRESET);
+  }
 
   // The next message, if it has come whole; null otherwise.
   nlohmann::json next() {
@@ -156,6 +167,27 @@ TEST_F(CameraFeedTest, LastSubscriberEndsPictures) {
     ASSERT_TRUE(run_until([&] { return wrist.has_listeners(); }));
   }
   EXPECT_TRUE(run_until([&] { return !wrist.has_listeners(); }));
+}
+
+TEST_F(CameraFeedTest, ConnectionBeyondTheirNumberIsClosed) {
+  constexpr int kMaxConnections = 32;
+  const auto wrist = node_.advertise<sensor_msgs::msg::Image>("/wrist/image_raw");
+  std::list<Subscriber> present;
+  for (int i = 0; i < kMaxConnections; ++i) present.emplace_back(feed_.address());
+  const Subscriber surplus(feed_.address());
+  EXPECT_TRUE(run_until([&] { return surplus.is_closed(); }));
+  int second = 0;
+  const auto gets_picture = [&](Subscriber& one) {
+    return run_until([&] {
+      wrist.publish(picture("rgb8", 250, ++second), Time{});
+      return !one.next().is_null();
+    });
+  };
+  EXPECT_TRUE(gets_picture(present.front()));
+  EXPECT_TRUE(gets_picture(present.back()));
+  present.pop_front();
+  Subscriber late(feed_.address());
+  EXPECT_TRUE(gets_picture(late)) << "expected a connection to be accepted again";
 }
 
 TEST_F(CameraFeedTest, TakenPortIsNamed) {

@@ -67,6 +67,19 @@ TEST(ZmtpPeer, SubscriptionEndsWithItsCancellation) {
   EXPECT_TRUE(peer.subscribes("{1"));
 }
 
+TEST(ZmtpPeer, SubscriptionsBeyondTheirNumberAreIgnored) {
+  ZmtpPeer peer;
+  ASSERT_TRUE(peer.receive(greeting() + ready("SUB")));
+  for (int i = 0; i < 63; ++i) ASSERT_TRUE(peer.receive("\0\2\1x"s));
+  ASSERT_TRUE(peer.receive("\0\2\1y"s));
+  ASSERT_TRUE(peer.receive("\0\2\1{"s));
+  EXPECT_TRUE(peer.subscribes("y"));
+  EXPECT_FALSE(peer.subscribes("{1"));
+  ASSERT_TRUE(peer.receive("\0\2\0y"s));
+  ASSERT_TRUE(peer.receive("\0\2\1{"s));
+  EXPECT_TRUE(peer.subscribes("{1"));
+}
+
 TEST(ZmtpPeer, ReaderAtHalfRateCostsNoMoreThanWhatWaits) {
   ZmtpPeer peer;
   ASSERT_TRUE(peer.receive(greeting() + ready("SUB") + kSubscription));

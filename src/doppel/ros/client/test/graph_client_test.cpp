@@ -11,6 +11,7 @@
 #include "doppel/ros/network/graph.h"
 #include "doppel/ros/network/names.h"
 #include "doppel/ros/network/service.h"
+#include "doppel/ros/network/test/fake_network.h"
 #include "doppel/ros/network/test/library_peer.h"
 
 namespace doppel::ros2 {
@@ -184,6 +185,42 @@ TEST_F(GraphClientTest, ReadsAndSetsParameters) {
   EXPECT_EQ(gain(), "2.0");
   EXPECT_FALSE(client.set_parameter("/lab/bench", "gian", 2.0));
   EXPECT_THAT(failure_of([&] { client.parameters("/lab/stool"); }), HasSubstr("offers no parameters"));
+}
+
+// They come while the program waits for something else, in batches that the reader's history holds.
+TEST_F(GraphClientTest, MessagesBeyondUnreadOnesAreCountedAndReported) {
+  constexpr std::size_t kBatch = 100;
+  test::FakeNetwork network;
+  const auto peer = network.join([] {});
+  const auto writer = peer->make_writer({.topic = dds_name(NameKind::topic, "/text"),
+                                         .type = dds_type("std_msgs/msg/String"),
+                                         .type_hash = find_type("std_msgs/msg/String")->hash(),
+                                         .qos = default_qos()});
+  GraphClientOptions quick = options();
+  quick.spin_time = 50ms;
+  GraphClient client(quick, [&network](const ParticipantOptions&, std::function<void()> on_activity) {
+    return network.join(std::move(on_activity));
+  });
+  ASSERT_TRUE(client.wait_until([&] { return client.topics().contains("/text"); }, Clock::now() + kTimeout));
+  client.subscribe("/text");
+  const auto turn = [&client] {
+    bool turned = false;
+    return client.wait_until([&turned] { return std::exchange(turned, true); }, Clock::now() + kTimeout);
+  };
+  const Bytes text = to_cdr(Text{"early"});
+  for (std::size_t sent = 0; sent < ReceiveBuffer::kMaxUnread + kBatch; sent += kBatch) {
+    for (std::size_t i = 0; i < kBatch; ++i) writer->write(text);
+    ASSERT_TRUE(turn());
+  }
+  EXPECT_THAT(said_, IsEmpty());
+  EXPECT_EQ(next_text(client), "early");
+  EXPECT_THAT(said_, ElementsAre("lost messages: 100, because 100000 earlier ones were waiting to be read"));
+  doppel::Client::Received message;
+  for (std::size_t i = 1; i < ReceiveBuffer::kMaxUnread; ++i) ASSERT_TRUE(client.next(message, Clock::now()));
+  EXPECT_FALSE(client.next(message, Clock::now()));
+  writer->write(to_cdr(Text{"late"}));
+  EXPECT_EQ(next_text(client), "late");
+  EXPECT_EQ(said_.size(), 1U);
 }
 
 TEST_F(GraphClientTest, EmptyNetworkIsReported) {

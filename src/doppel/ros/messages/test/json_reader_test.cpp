@@ -98,6 +98,20 @@ TEST(JsonReader, KeyGivenTwiceIsRefused) {
   EXPECT_EQ(json_error<Int64>("{\"data\": 1,\n \"data\": 2}"), "2:2: field 'data' is given twice");
 }
 
+// An answer is UTF-8, and names and values are as long as their message at most.
+TEST(JsonReader, LongNamesAndValuesAreShownByTheirBegin) {
+  constexpr std::size_t kLong = 1'000'000;
+  const std::string name(kLong, 'x');
+  const std::string why = json_error<Int64>("{\"" + name + "\": 1}");
+  EXPECT_THAT(why, HasSubstr("std_msgs/msg/Int64 has no field '" + std::string(100, 'x') + "...'"));
+  EXPECT_LT(why.size(), 200U);
+  EXPECT_EQ(json_error<Int64>("{\"data\": \"" + name + "\"}"),
+            "1:10: '" + std::string(100, 'x') + "...', but 'data' is an integer");
+  std::string euros = "xx";  // A character of three bytes is across the end of what is shown.
+  while (euros.size() < kLong) euros += "\xE2\x82\xAC";
+  EXPECT_TRUE(nlohmann::json::accept("\"" + json_error<Int64>("{\"" + euros + "\": 1}") + "\""));
+}
+
 TEST(JsonReader, DeepTextIsRefusedWithoutStack) {
   constexpr std::size_t kDepth = 100'000;
   EXPECT_THAT(json_error<Int64>(std::string(kDepth, '[')), HasSubstr("unexpected end of input"));

@@ -234,6 +234,25 @@ TEST(RtpsGuard, ProgressBelongsToSenderOfInfoSource) {
   EXPECT_FALSE(guard.admits(short_source));
 }
 
+Datagram of_sender(std::uint32_t sender, Datagram d) {
+  for (std::size_t i = 0; i < 4; ++i) d[8 + i] = static_cast<std::uint8_t>(sender >> (8 * i));
+  return d;
+}
+
+TEST(RtpsGuard, WritersBeyondTheirNumberLetAllBeForgotten) {
+  constexpr std::uint32_t kMaxWriters = 10'000;
+  constexpr std::int64_t kFar = 3 * kMaxGap;
+  RtpsGuard guard;
+  ASSERT_TRUE(guard.admits(heartbeat(kFar, kFar, 1)));
+  for (std::uint32_t sender = 1; sender < kMaxWriters; ++sender)
+    ASSERT_TRUE(guard.admits(of_sender(sender, heartbeat(1, 1))));
+  EXPECT_TRUE(guard.admits(gap(kFar, kFar + 1)));
+  ASSERT_TRUE(guard.admits(of_sender(kMaxWriters, heartbeat(1, 1))));
+  EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1))) << "expected the writer's heartbeat to be forgotten";
+  EXPECT_TRUE(guard.admits(heartbeat(kFar, kFar, 2)));
+  EXPECT_TRUE(guard.admits(gap(kFar, kFar + 1)));
+}
+
 // CVE-2025-62799: Fast DDS keeps its list of missing fragments in the sample.
 TEST(RtpsGuard, FragmentsWithoutRoomForListOfThemAreRefused) {
   EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = 28})));

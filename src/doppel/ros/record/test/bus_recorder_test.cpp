@@ -13,8 +13,10 @@
 #include <future>
 #include <memory>
 #include <new>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -59,6 +61,22 @@ class BusRecorderTest : public testing::Test {
       out.push_back(reader.contents().topics[message->topic].name + "=" + value.data);
     }
     return out;
+  }
+
+  // The recorder makes and removes files meanwhile.
+  std::vector<std::uintmax_t> sizes_in_folder() const {
+    std::vector<std::uintmax_t> out;
+    std::error_code none;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder_, none)) {
+      const std::uintmax_t size = fs::file_size(entry.path(), none);
+      if (!none && entry.path().extension() == ".mcap") out.push_back(size);
+    }
+    return out;
+  }
+  std::size_t files_in_folder() const { return sizes_in_folder().size(); }
+  std::uint64_t bytes_in_folder() const {
+    const std::vector<std::uintmax_t> sizes = sizes_in_folder();
+    return std::accumulate(sizes.begin(), sizes.end(), std::uint64_t{0});
   }
 
   // Two nodes have a latched message each on one topic, and the second of them joins later.
@@ -362,6 +380,53 @@ TEST_F(BusRecorderTest, FilesAreKeptBySpanAlsoWhereTimeIsSetBack) {
   const std::size_t files = BagReader(folder_.string()).contents().files.size();
   EXPECT_GE(files, 10U) << "each has 0.2 s";
   EXPECT_LE(files, 12U);
+}
+
+TEST_F(BusRecorderTest, OldestFilesAreRemovedBeyondTheirBytes) {
+  constexpr std::uint64_t kMessages = 100, kMessage = 10'000;
+  RecorderOptions rolling = options();
+  rolling.keep = from_seconds(1e6);  // The span removes none.
+  rolling.keep_bytes = 20 * kMessage;
+  rolling.bag.max_file_size = 5 * kMessage;
+  rolling.bag.file.compression = "";
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, rolling, log_);
+  bus_.spin();
+  for (std::uint64_t i = 0; i < kMessages; ++i)
+    topic.publish({std::string(kMessage, 'x')}, time_from_seconds(static_cast<double>(i)));
+  const auto is_bounded = [&] {
+    return recorder.messages() == kMessages && bytes_in_folder() <= rolling.keep_bytes;
+  };
+  for (int i = 0; i < 2000 && !is_bounded(); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_TRUE(is_bounded()) << bytes_in_folder() << " bytes of " << recorder.messages() << " messages";
+  EXPECT_THAT(recorder.stop().lost, IsEmpty());
+  const BagReader bag(folder_.string());
+  EXPECT_LE(bytes_in_folder(), rolling.keep_bytes + rolling.bag.max_file_size);
+  EXPECT_GE(bytes_in_folder(), rolling.keep_bytes / 2) << "what fits is kept";
+  EXPECT_EQ(bag.contents().end, (kMessages - 1) * 1'000'000'000U) << "the newest are kept";
+}
+
+TEST_F(BusRecorderTest, OldestFilesAreRemovedBeyondTheirNumber) {
+  constexpr std::size_t kMessages = kMaxKeptFiles + 30;
+  RecorderOptions rolling = options();
+  rolling.keep = from_seconds(1e6);  // The span removes none.
+  rolling.keep_bytes = std::uint64_t{1} << 30U;
+  rolling.bag.max_file_time = from_seconds(0.5);  // Each message has a file.
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, rolling, log_);
+  bus_.spin();
+  for (std::size_t i = 0; i < kMessages; ++i)
+    topic.publish({std::to_string(i)}, time_from_seconds(static_cast<double>(i)));
+  const auto is_bounded = [&] {
+    return recorder.messages() == kMessages && files_in_folder() <= kMaxKeptFiles;
+  };
+  for (int i = 0; i < 2000 && !is_bounded(); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_THAT(recorder.stop().lost, IsEmpty());
+  EXPECT_EQ(files_in_folder(), kMaxKeptFiles);
+  const std::vector<std::string> kept = read();
+  ASSERT_EQ(kept.size(), kMaxKeptFiles);
+  EXPECT_EQ(kept.front(), "/a=30");
+  EXPECT_EQ(kept.back(), fmt::format("/a={}", kMessages - 1));
 }
 
 TEST_F(BusRecorderTest, SelectionByRegexAndTypesIsThatOfRosbag2) {

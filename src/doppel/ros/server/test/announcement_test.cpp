@@ -1,14 +1,18 @@
 #include "doppel/ros/server/announcement.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
 
+#include "doppel/base/core/file_descriptor.h"
 #include "doppel/base/core/log.h"
 #include "doppel/ros/server/server.h"
 
@@ -81,6 +85,26 @@ TEST_F(AnnouncementTest, NameOfRunningTwinInDomainIsRefused) {
   EXPECT_EQ(twins[0].nodes, std::vector<std::string>{"/right/controller_manager"});
 }
 
+// A process that stands still has the lock, as after Ctrl-Z.
+TEST_F(AnnouncementTest, FolderThatStaysLockedDoesNotStopTwin) {
+  constexpr std::chrono::milliseconds kLockTimeout{20};
+  const Server first(bus_, {.port = 0}, log_), second(bus_, {.port = 0}, log_);
+  Announcement left("left", first.port()), right("right", second.port());
+  EXPECT_FALSE(left.enter_domain(7, {"/doppel"}));
+  EXPECT_EQ(left.problem(), "");
+  const FileDescriptor folder(::open(announcement_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(flock(folder.get(), LOCK_EX), 0);
+  const auto conflict = right.enter_domain(7, {"/doppel"}, kLockTimeout);
+  ASSERT_TRUE(conflict) << "expected the names of running twins to be compared";
+  EXPECT_EQ(conflict->robot, "left");
+  EXPECT_FALSE(right.enter_domain(7, {"/right/doppel"}, kLockTimeout));
+  EXPECT_NE(right.problem().find("'" + announcement_folder().string() + "' locked"), std::string::npos)
+      << right.problem();
+  const auto twins = find_running();
+  ASSERT_EQ(twins.size(), 2u);
+  EXPECT_EQ(twins[0].nodes, std::vector<std::string>{"/right/doppel"});
+}
+
 TEST_F(AnnouncementTest, TwinOfThousandRobotsIsFound) {
   const Server server(bus_, {.port = 0}, log_);
   Announcement many("many", server.port());
@@ -89,6 +113,18 @@ TEST_F(AnnouncementTest, TwinOfThousandRobotsIsFound) {
   EXPECT_FALSE(many.enter_domain(7, nodes));
   ASSERT_EQ(find_running().size(), 1u);
   EXPECT_EQ(find_running()[0].nodes, nodes);
+}
+
+TEST_F(AnnouncementTest, TooLargeOneIsReportedAndTwinIsStillFound) {
+  const Server server(bus_, {.port = 0}, log_);
+  Announcement many("many", server.port());
+  const std::vector<std::string> nodes(50, "/" + std::string(100'000, 'x'));
+  EXPECT_FALSE(many.enter_domain(7, nodes));
+  EXPECT_NE(many.problem().find("50 nodes, is larger than 4 MB"), std::string::npos) << many.problem();
+  const auto twins = find_running();
+  ASSERT_EQ(twins.size(), 1u);
+  EXPECT_EQ(twins[0].robot, "many");
+  EXPECT_TRUE(twins[0].nodes.empty());
 }
 
 TEST_F(AnnouncementTest, EmulatedArmIsMarked) {

@@ -2,9 +2,12 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <future>
+#include <memory>
+#include <thread>
 
 #include "doppel/base/core/test/system_faults.h"
 #include "doppel/ros/server/asset_library.h"
@@ -308,6 +311,34 @@ TEST(AssetReaderTest, ReaderIsStartedByNextFetchAfterShortage) {
   std::future<std::string> answer = why.get_future();
   ASSERT_EQ(answer.wait_for(std::chrono::seconds(10)), std::future_status::ready);
   EXPECT_THAT(answer.get(), testing::Not(HasSubstr("no thread")));
+}
+
+// One request is under way when the reader ends, and half a second of work waits behind it.
+TEST(AssetReaderTest, EndWaitsForRequestUnderWayAndDropsOthers) {
+  constexpr int kOthers = 500;
+  std::promise<void> begun, ending;
+  const std::shared_future<void> may_go_on = ending.get_future().share();
+  std::atomic<bool> first = false;
+  std::atomic<int> others = 0;
+  const auto held = std::make_shared<int>(0);
+  auto reader = std::make_unique<AssetReader>(std::make_shared<AssetLibrary>());
+  reader->fetch("package://arm/none.stl", [&, held](const AssetLibrary::Answer&) {
+    begun.set_value();
+    may_go_on.wait();
+    first = true;
+  });
+  for (int i = 0; i < kOthers; ++i) {
+    reader->fetch("package://arm/none.stl", [&others, held](const AssetLibrary::Answer&) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      ++others;
+    });
+  }
+  ASSERT_EQ(begun.get_future().wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  ending.set_value();
+  reader.reset();
+  EXPECT_TRUE(first.load());
+  EXPECT_LT(others.load(), kOthers);
+  EXPECT_EQ(held.use_count(), 1) << "expected no request to be left";
 }
 
 }  // namespace

@@ -31,9 +31,9 @@ Pose resolved(const Part& part, const std::string& in) {
 
 TEST(SdfPoses, GeneratedWorldsAgreeWithLibsdformat) {
   int links = 0;
-  for (unsigned seed = 0; seed < 60; ++seed) {
+  for (unsigned seed = 0; seed < 24; ++seed) {
     const unsigned features =
-        seed < 40 ? (seed * 2654435761u) % (1u << kPoseFeatures) : (1u << kPoseFeatures) - 1;
+        seed < 16 ? (seed * 2654435761u) % (1u << kPoseFeatures) : (1u << kPoseFeatures) - 1;
     const GeneratedWorld made = SdfGenerator(features, 5000 + seed).world();
     const ReadSdf read = read_sdf(made.text);
     ::sdf::Root root;
@@ -57,7 +57,7 @@ TEST(SdfPoses, GeneratedWorldsAgreeWithLibsdformat) {
       ++links;
     }
   }
-  EXPECT_GT(links, 500);
+  EXPECT_GT(links, 200);
 }
 
 }  // namespace

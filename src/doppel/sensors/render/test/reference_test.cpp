@@ -202,7 +202,7 @@ void compare(const CameraPicture& picture, const std::vector<CameraPicture>& of,
 // the mean over the pixel; hence their tolerance.
 TEST(CameraRenderers, CasterShowsRandomScenesAsReferenceDoes) {
   const unsigned seed = 20261124;
-  for (unsigned round = 0; round < 24; ++round) {
+  for (unsigned round = 0; round < 12; ++round) {
     SCOPED_TRACE(testing::Message() << "seed " << seed << " + " << round);
     const bool textured = round % 3 == 0;
     const RandomWorld world(seed + round, textured);

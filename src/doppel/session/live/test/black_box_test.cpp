@@ -51,15 +51,18 @@ class BlackBoxTest : public testing::Test {
       const std::lock_guard lock(mutex_);
       lines_.push_back(line.text);
     });
-    Scenario scenario;
-    scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
-    scenario.robots = {{.target = "omarm_zero"}};
-    twin_.emplace(scenario, log_, diagnostics_);
+    twin_.emplace(scenario_of("omarm_zero"), log_, diagnostics_);
     rosout_.emplace(twin_->bus());
     log_.add_sink(rosout_->sink());
   }
   ~BlackBoxTest() override { fs::remove_all(folder_); }
 
+  static Scenario scenario_of(const std::string& robot) {
+    Scenario out;
+    out.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+    out.robots = {{.target = robot}};
+    return out;
+  }
   // Steps until a condition holds, for as long as a slow machine needs.
   template <class Condition>
   void step_until(Condition condition) {
@@ -264,8 +267,9 @@ TEST_F(BlackBoxTest, ManySnapshotsKeepWholeSpan) {
   }
 }
 
+// Also beyond the number that is kept: the name of a bag that was removed is not given again.
 TEST_F(BlackBoxTest, SnapshotsOfSameMomentHaveFoldersOfTheirOwn) {
-  options_.max_snapshots = 30;
+  ASSERT_LT(options_.max_snapshots, 25);
   const BlackBox box(*twin_, options_, log_);
   run_headless(*twin_, {.duration = from_seconds(0.2)});
   const auto edge = twin_->bus().attach("client");
@@ -285,6 +289,7 @@ TEST_F(BlackBoxTest, CauseIsWrittenBeforeSnapshotsThatFillQueue) {
   constexpr std::ptrdiff_t kBeyond = 8;
   constexpr auto kRequests = static_cast<std::ptrdiff_t>(BusRecorder::kMaxRequests) + kBeyond;
   options_.afterwards = 0ms;
+  options_.lock_timeout = 60s;
   fs::create_directories(options_.folder);
   // Each copy takes this lock to choose its folder.
   const FileDescriptor folder(::open(options_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
@@ -357,6 +362,18 @@ TEST_F(BlackBoxTest, SnapshotIsAnsweredWithReasonWhenDiskIsFull) {
   EXPECT_THAT(bags(), IsEmpty());
 }
 
+// A process that stands still has the lock, as after Ctrl-Z.
+TEST_F(BlackBoxTest, SnapshotIsAnsweredWhereFolderStaysLocked) {
+  options_.lock_timeout = 20ms;
+  fs::create_directories(options_.folder);
+  const FileDescriptor folder(::open(options_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  ASSERT_EQ(flock(folder.get(), LOCK_EX), 0);
+  const BlackBox box(*twin_, options_, log_);
+  EXPECT_THAT(snapshot().message, HasSubstr("the folder '" + options_.folder.string() + "' locked"));
+  EXPECT_EQ(flock(folder.get(), LOCK_UN), 0);
+  EXPECT_TRUE(snapshot().success) << "the box goes on";
+}
+
 TEST_F(BlackBoxTest, ScratchThatOthersCanAccessIsRefused) {
   fs::permissions(options_.scratch, fs::perms::owner_all | fs::perms::group_read);
   EXPECT_THAT([this] { const BlackBox box(*twin_, options_, log_); },
@@ -370,11 +387,8 @@ TEST_F(BlackBoxTest, ScratchThatOthersCanAccessIsRefused) {
 }
 
 TEST_F(BlackBoxTest, BagHasEveryMeshOfItsRobot) {
-  Scenario scenario;
-  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
-  scenario.robots = {{.target = "omarm_one"}};
   rosout_.reset();  // of the other twin
-  twin_.emplace(scenario, log_, diagnostics_);
+  twin_.emplace(scenario_of("omarm_one"), log_, diagnostics_);
   const BlackBox box(*twin_, options_, log_);
   run_headless(*twin_, {.duration = from_seconds(0.2)});
   std::string folder;
@@ -397,12 +411,9 @@ TEST_F(BlackBoxTest, BagHasEveryMeshOfItsRobot) {
 }
 
 TEST_F(BlackBoxTest, MeshThatDoesNotFitIsLeftOutAndCounted) {
-  Scenario scenario;
-  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
-  scenario.robots = {{.target = (folder_ / "omarm_one").string()}};
   fs::copy(DOPPEL_SOURCE_DIR "/robots/omarm_one", folder_ / "omarm_one", fs::copy_options::recursive);
   rosout_.reset();  // of the other twin
-  twin_.emplace(scenario, log_, diagnostics_);
+  twin_.emplace(scenario_of((folder_ / "omarm_one").string()), log_, diagnostics_);
   MeshGeometry large;
   for (const Link& link : twin_->robot().description().links) {
     for (const Visual& visual : link.visuals) {
@@ -547,10 +558,7 @@ TEST_F(BlackBoxTest, FilesOfKilledProcessLeaveNamesOfBoxesFree) {
   std::ofstream(options_.folder) << "a file, where a folder is needed";
   const BlackBox box(*twin_, options_, log_);
   step_until([this] { return has_line("could not be copied and stay in"); });
-  Scenario scenario;
-  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
-  scenario.robots = {{.target = "omarm_zero"}};
-  Twin second(scenario, log_, diagnostics_);
+  Twin second(scenario_of("omarm_zero"), log_, diagnostics_);
   const BlackBox other(second, options_, log_);
   const std::string name = rolling().filename().string() + "_2";
   EXPECT_TRUE(fs::exists(options_.scratch / name / (name + "_0.mcap")));
@@ -560,10 +568,7 @@ TEST_F(BlackBoxTest, TwoStartsCopyEachKilledProcessOnce) {
   constexpr int kKilled = 20;
   for (int i = 0; i < kKilled; ++i) leave_killed(i);
   options_.max_bags = 2 * kKilled;
-  Scenario scenario;
-  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
-  scenario.robots = {{.target = "omarm_zero"}};
-  Twin second(scenario, log_, diagnostics_);
+  Twin second(scenario_of("omarm_zero"), log_, diagnostics_);
   {
     const BlackBox one(*twin_, options_, log_),
         other(second, options_, log_);  // the ends wait for the copies
@@ -580,10 +585,7 @@ TEST_F(BlackBoxTest, OldestBagsAreRemovedBeyondTheirNumber) {
   const BlackBox box(*twin_, options_, log_);
   run_headless(*twin_, {.duration = from_seconds(0.2)});
   log_.error("arm", "something broke");
-  for (int i = 0; i < 400 && fs::exists(options_.folder / "2020_a"); ++i) {
-    run_headless(*twin_, {.duration = from_seconds(0.01)});
-    std::this_thread::sleep_for(10ms);
-  }
+  step_until([this] { return !fs::exists(options_.folder / "2020_a"); });
   ASSERT_THAT(bags(), SizeIs(3));
   EXPECT_EQ(bags()[0].filename(), "2021_b");
 }

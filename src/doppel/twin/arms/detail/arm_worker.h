@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <functional>
 #include <mutex>
@@ -14,6 +15,8 @@ namespace doppel {
 
 class ArmWorker {
  public:
+  static constexpr std::size_t kMaxWaiting = 64;
+
   explicit ArmWorker(const Log& log) : log_(log) {}
   ~ArmWorker();
   ArmWorker(const ArmWorker&) = delete;

@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstddef>
+#include <future>
 #include <mutex>
 #include <new>
 
@@ -29,6 +31,25 @@ TEST(ArmWorker, ExceptionEndsOneRequestAlone) {
     EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(60), [&] { return answered; }));
   }
   EXPECT_THAT(logged, testing::HasSubstr("there is not enough memory"));
+}
+
+TEST(ArmWorker, RequestBeyondTheirNumberIsRefused) {
+  const Log log;
+  std::promise<void> begun, open, emptied;
+  ArmWorker worker(log);
+  EXPECT_TRUE(worker.post([&] {
+    begun.set_value();
+    open.get_future().wait();
+  }));
+  begun.get_future().wait();  // It has left the queue, and the thread takes no other one.
+  for (std::size_t i = 1; i < ArmWorker::kMaxWaiting; ++i) EXPECT_TRUE(worker.post([] {})) << i;
+  EXPECT_TRUE(worker.post([&] { emptied.set_value(); }));
+  bool is_done = false;
+  EXPECT_FALSE(worker.post([&] { is_done = true; }));
+  open.set_value();
+  emptied.get_future().wait();
+  EXPECT_FALSE(is_done) << "what was refused is not done";
+  EXPECT_TRUE(worker.post([] {})) << "an empty queue takes requests again";
 }
 
 }  // namespace
