@@ -51,10 +51,6 @@ def read(path, words):
         visit_file(path, context)
     except Exception as found:  # whatever a launch file throws while it is visited
         error = None if RECORDER.assumed else error_record(found, path)
-        if error is not None and not error["file"]:
-            import traceback
-
-            traceback.print_exc()
     _number(RECORDER.actions, 0)
     _link(RECORDER.actions)
     return _result(error or RECORDER.error)

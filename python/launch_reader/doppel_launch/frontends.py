@@ -2,9 +2,10 @@
 
 import os
 
+from .bounds import MAX_OTHER_FILE, file_bytes
 from .markup import read_xml, read_yaml
 from .markup_substitutions import MarkupSubstitutions
-from .record import RECORDER
+from .record import RECORDER, LaunchError, errors_at
 
 
 def _is_ros1(root):
@@ -45,10 +46,14 @@ def substituted_file(path, context, place):
 
     if not os.path.exists(path):
         return path
-    with open(path, encoding="utf-8") as file:
-        text = file.read()
-    if "$(" not in text:
+    with errors_at(place):
+        data = file_bytes(path, MAX_OTHER_FILE)
+    if b"$(" not in data:
         return path
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise LaunchError(f"'{path}' is not UTF-8", place) from None
     made = HOST.write_file(os.path.basename(path), MarkupSubstitutions(context, path, False).text(text, place))
     RECORDER.descriptions.setdefault("made:" + made, {"source": path, "arguments": []})
     return made

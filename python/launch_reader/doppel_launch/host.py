@@ -14,16 +14,20 @@ class Host:
 
     def __init__(self):
         requests, answers = os.environ.pop("DOPPEL_LAUNCH_PIPES", ",").split(",")
-        self._requests = os.fdopen(int(requests), "w", encoding="utf-8") if requests else None
+        # Half of a character, which Python and YAML permit, is no UTF-8, and the program rejects it.
+        self._requests = os.fdopen(int(requests), "w", encoding="utf-8", errors="replace") if requests else None
         self._answers = os.fdopen(int(answers), "r", encoding="utf-8") if answers else None
         self._packages = {}
         self.folder = os.environ.pop("DOPPEL_LAUNCH_FOLDER", "")
 
+    def _send(self, line):
+        self._requests.write(json.dumps(line, ensure_ascii=False) + "\n")
+        self._requests.flush()
+
     def _ask(self, request):
         if self._requests is None:
             return {}
-        self._requests.write(json.dumps(request) + "\n")
-        self._requests.flush()
+        self._send(request)
         line = self._answers.readline()
         if not line:
             raise SystemExit(1)
@@ -70,8 +74,7 @@ class Host:
         if self._requests is None:
             print(json.dumps(result, indent=1))
             return
-        self._requests.write(json.dumps({"result": result}) + "\n")
-        self._requests.flush()
+        self._send({"result": result})
 
 
 HOST = Host()

@@ -1,15 +1,22 @@
 """$(name arguments) in XML and YAML launch files, of ROS 2 and ROS 1."""
 
+import inspect
 import os
-import shlex
 import shutil
 
 from launch.substitutions import _equal, is_true, run_command
 
+from .bounds import file_text
 from .host import share_folder
 from .record import RECORDER, LaunchError
+from .texts import split_words
 
 MAX_NESTING = 20
+
+# Each is a method of MarkupSubstitutions, beside others that no launch file may call.
+_NAMES = frozenset((
+    "var", "arg", "env", "optenv", "find_pkg_share", "find_pkg_prefix", "find", "find_exec", "exec_in_package", "exec_in_pkg", "dirname",
+    "filename", "anon", "not", "and", "or", "any", "all", "eq", "equals", "ne", "not_equals", "if", "file_content"))
 
 
 def _closing(text, begin, place):
@@ -30,6 +37,13 @@ def _closing(text, begin, place):
     raise LaunchError(f"'{text}' has a $( without its )", place)
 
 
+def _accepts(function, count):
+    """Whether a method has so many parameters behind `self` and `place`."""
+    code = function.__code__
+    most = code.co_argcount - 2
+    return count >= most - len(function.__defaults__ or ()) and (count <= most or code.co_flags & inspect.CO_VARARGS)
+
+
 def _quoted_until(text, begin):
     end = text.find(text[begin], begin + 1)
     return None if end < 0 else end
@@ -43,8 +57,6 @@ class MarkupSubstitutions:
 
     def text(self, value, place, nesting=0):
         """`value` with all substitutions performed."""
-        if isinstance(value, list):
-            return [self.text(one, place, nesting) for one in value]
         if nesting > MAX_NESTING:
             raise LaunchError("substitutions are nested too deeply", place)
         out, position = "", 0
@@ -58,7 +70,9 @@ class MarkupSubstitutions:
                 continue
             end = _closing(value, begin + 2, place)
             out += value[position:begin]
-            out += self._perform(value[begin + 2:end], place, nesting + 1)
+            performed = self._perform(value[begin + 2:end], place, nesting + 1)
+            RECORDER.spend("characters of substitutions", len(performed))
+            out += performed
             position = end + 1
 
     def _perform(self, inner, place, nesting):
@@ -71,23 +85,23 @@ class MarkupSubstitutions:
             quoted = len(inner_text) > 1 and inner_text[0] == inner_text[-1] and inner_text[0] in "'\""
             first = inner_text
             if name == "command":
-                words = shlex.split(inner_text)
-                first = words[0] if quoted or (words and " " in words[0]) else inner_text
-                return run_command(shlex.split(first), place)
+                words = split_words(inner_text, place)
+                first = words[0] if words and (quoted or " " in words[0]) else inner_text
+                return run_command(split_words(first, place), place)
             return self._eval(inner_text[1:-1] if quoted else inner_text, place)
-        words = [w for w in shlex.split(inner_text)] if inner_text else []
-        function = getattr(self, "_" + name.replace("-", "_").replace("find", "find", 1), None)
-        if function is None:
+        words = split_words(inner_text, place)
+        if name.replace("-", "_") not in _NAMES:
             raise LaunchError(f"'$({name} ...)' is not known", place)
-        try:
-            return function(place, *words)
-        except TypeError as error:
-            raise LaunchError(f"'$({inner})' has the wrong number of arguments", place) from error
+        function = getattr(self, "_" + name.replace("-", "_"))
+        if not _accepts(function, len(words)):
+            raise LaunchError(f"'$({inner})' has the wrong number of arguments", place)
+        return function(place, *words)
 
     def _var(self, place, name, default=None):
         values = self.context.launch_configurations
-        if name in values:
-            return values[name]
+        # Those of namespaces and parameters in a scope are no texts, and not the file's.
+        if isinstance(values.get(name), (str, bool, int, float)):
+            return str(values[name])
         if default is not None:
             return default
         raise LaunchError(f"the argument '{name}' does not exist", place, f"declare it: <arg name=\"{name}\"/>")
@@ -157,9 +171,8 @@ class MarkupSubstitutions:
     def _if(self, place, condition, then="", otherwise=""):
         return then if is_true(condition, place) else otherwise
 
-    def _file_content(self, _place, path):
-        with open(path, encoding="utf-8") as file:
-            return file.read()
+    def _file_content(self, place, path):
+        return file_text(path, place)
 
     def _eval(self, expression, place):
         import math

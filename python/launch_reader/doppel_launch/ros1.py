@@ -1,13 +1,13 @@
 """The elements of roslaunch. Parameters are those of one server: each is recorded with its full name."""
 
 import os
-import shlex
 
 from launch.substitutions import is_true, run_command
 from launch.visit import each, nested, survey_skipped
 
 from .host import absent_package
-from .record import RECORDER, LaunchError, describe_value
+from .record import RECORDER, LaunchError, describe_value, errors_at
+from .texts import split_words
 
 
 class _Scope:
@@ -34,7 +34,12 @@ def visit_ros1(root, context, texts, scope=None):
     """The children in order; arguments first are those that the file declares."""
     scope = scope or _Scope()
     with nested(context):
-        each(root.children, lambda element: _visit(element, context, texts, scope))
+        each(root.children, lambda element: _visit_at(element, context, texts, scope))
+
+
+def _visit_at(element, context, texts, scope):
+    with errors_at(element.place):
+        _visit(element, context, texts, scope)
 
 
 def _is_there(element, texts):
@@ -101,7 +106,7 @@ def _typed(text, kind):
 
 def _param_value(element, texts):
     if element.get("command") is not None:
-        words = shlex.split(_text(element, texts, "command"))
+        words = split_words(_text(element, texts, "command"), element.place)
         return run_command(words, element.place)
     if element.get("textfile") is not None:
         return run_command(["cat", _text(element, texts, "textfile")], element.place)
@@ -146,20 +151,18 @@ def _node(element, context, texts, scope):
         "node", element.place, package=texts.text(element.need("pkg"), element.place),
         executable=texts.text(element.need("type"), element.place), name=name,
         namespace="" if namespace == "/" else namespace, ros1=True,
-        words=shlex.split(_text(element, texts, "args", default="")), cwd=_text(element, texts, "cwd"),
+        words=split_words(_text(element, texts, "args", default=""), element.place), cwd=_text(element, texts, "cwd"),
         required=is_true(_text(element, texts, "required", default="false"), element.place))
     with RECORDER.children(record):
         for child in element.children:
-            _visit(child, context, texts, inner)
-    record["remappings"] = [list(one) for one in inner.remappings]
-    record["environment"] = dict(inner.environment)
-    for key in ("children", "remappings", "environment"):
-        if not record[key]:
-            del record[key]
+            _visit_at(child, context, texts, inner)
+    RECORDER.extend(record, remappings=[list(one) for one in inner.remappings], environment=dict(inner.environment))
+    if not record["children"]:
+        del record["children"]
 
 
 def _remap(element, context, texts, scope):
-    scope.remappings.append((_text(element, texts, "from"), _text(element, texts, "to")))
+    scope.remappings.append(tuple(texts.text(element.need(name), element.place) for name in ("from", "to")))
 
 
 def _env(element, context, texts, scope):
@@ -174,7 +177,7 @@ def _group(element, context, texts, scope):
 def _include(element, context, texts, scope):
     from launch.launch_description_sources import visit_file
 
-    from .frontends import _is_ros1
+    from .frontends import _is_ros1, visit_markup
     from .markup import read_xml
     from .markup_substitutions import MarkupSubstitutions
 
@@ -198,13 +201,16 @@ def _include(element, context, texts, scope):
     context.launch_configurations = inner
     try:
         with RECORDER.children(record):
-            root = None if path.endswith(".py") else read_xml(path)
-            if root is None or not _is_ros1(root):
+            if path.endswith((".py", ".yaml", ".yml")):
                 visit_file(path, context)
+                return
+            path = os.path.abspath(path)
+            RECORDER.read_file(path)
+            root = read_xml(path)
+            if _is_ros1(root):
+                visit_ros1(root, context, MarkupSubstitutions(context, path, True), scope.inner(namespace))
             else:
-                RECORDER.files.append(os.path.abspath(path))
-                visit_ros1(root, context, MarkupSubstitutions(context, path, True),
-                           scope.inner(namespace))
+                visit_markup(path, context)
     finally:
         context.launch_configurations = outer
 

@@ -7,12 +7,18 @@ from launch.visit import each, survey_skipped, visit
 from launch_ros import actions as ros_actions
 from launch_ros import descriptions, parameter_descriptions
 
-from .record import RECORDER, LaunchError
+from .record import RECORDER, LaunchError, errors_at
+from .texts import finite_number, split_words
 
 
 def visit_ros2(root, context, texts):
     """The children in order."""
-    each(root.children, lambda element: _visit_element(element, context, texts))
+    each(root.children, lambda element: _visit_at(element, context, texts))
+
+
+def _visit_at(element, context, texts):
+    with errors_at(element.place):
+        _visit_element(element, context, texts)
 
 
 def _visit_element(element, context, texts):
@@ -47,7 +53,7 @@ def _condition(element, texts):
     for name, kind in (("if", conditions.IfCondition), ("unless", conditions.UnlessCondition)):
         value = element.get(name)
         if value is not None:
-            return kind(texts.text(str(value), element.place))
+            return kind(texts.text(value, element.place))
     return None
 
 
@@ -102,8 +108,10 @@ def _parameters(element, texts):
     for one in element.all("param"):
         if one.get("from") is not None:
             substitutes = str(one.get("allow_substs", default="false")).lower() == "true"
-            out.append(parameter_descriptions.ParameterFile(
-                texts.text(one.get("from"), one.place), allow_substs=substitutes))
+            file = parameter_descriptions.ParameterFile(
+                texts.text(one.get("from"), one.place), allow_substs=substitutes)
+            file.place = one.place
+            out.append(file)
         else:
             out.append(_nested(one, texts))
     return out
@@ -111,14 +119,15 @@ def _parameters(element, texts):
 
 def _nested(element, texts):
     name = element.need("name")
+    listed = element.listed("value")
+    if listed is not None:
+        return {name: [_typed(texts.text(one, element.place), element) for one in listed]}
     if element.get("value") is None and element.all("param"):
         values = {}
         for one in element.all("param"):
             values.update(_nested(one, texts))
         return {name: values}
     value = element.need("value")
-    if isinstance(value, list):
-        return {name: [_typed(texts.text(one, element.place), element) for one in value]}
     separator = element.get("value-sep", "sep")
     text = texts.text(value, element.place)
     if separator:
@@ -133,30 +142,28 @@ def _typed(text, element):
 
 
 def _node_arguments(element, texts):
-    words = _value_of(element, texts, "args")
-    ros_words = _value_of(element, texts, "ros_args")
     return {
         "name": _value_of(element, texts, "name"),
         "namespace": _value_of(element, texts, "namespace"),
         "parameters": _parameters(element, texts),
         "remappings": _pairs(element, texts, "remap", "from", "to"),
-        "arguments": _split(words), "ros_arguments": _split(ros_words),
+        "arguments": _words(element, texts, "args"), "ros_arguments": _words(element, texts, "ros_args"),
         "cwd": _value_of(element, texts, "cwd"),
         "additional_env": dict(_pairs(element, texts, "env")),
     }
 
 
-def _split(text):
-    import shlex
-
-    if text is None:
-        return []
-    return text if isinstance(text, list) else shlex.split(text)
+def _words(element, texts, name):
+    listed = element.listed(name)
+    if listed is not None:
+        return [texts.text(one, element.place) for one in listed]
+    return split_words(_value_of(element, texts, name, ""), element.place)
 
 
 def _delayed(element, texts, action):
     delay = _value_of(element, texts, "launch-delay") or _value_of(element, texts, "delay")
-    return action if delay is None else actions.TimerAction(period=float(delay), actions=[action])
+    return action if delay is None else actions.TimerAction(
+        period=finite_number(delay, element.place), actions=[action])
 
 
 def _node(element, texts, context):
@@ -197,7 +204,9 @@ def _load_composable_node(element, texts, context):
 
 
 def _executable(element, texts, context):
-    words = _split(texts.text(element.need("cmd"), element.place)) + _split(_value_of(element, texts, "args"))
+    if element.listed("cmd") is None:
+        element.need("cmd")
+    words = _words(element, texts, "cmd") + _words(element, texts, "args")
     shell = str(_value_of(element, texts, "shell", "false")).lower() == "true"
     return actions.ExecuteProcess(cmd=words, shell=shell, cwd=_value_of(element, texts, "cwd"),
                                   name=_value_of(element, texts, "name"),
@@ -205,8 +214,8 @@ def _executable(element, texts, context):
 
 
 def _timer(element, texts, context):
-    return actions.TimerAction(period=float(texts.text(element.need("period"), element.place)),
-                               actions=[_Block(element, texts)])
+    period = finite_number(texts.text(element.need("period"), element.place), element.place)
+    return actions.TimerAction(period=period, actions=[_Block(element, texts)])
 
 
 def _set_env(element, texts, context):
@@ -223,15 +232,20 @@ def _append_env(element, texts, context):
 def _gz_server(element, texts, context):
     import ros_gz_sim.actions as gazebo
 
-    return gazebo.GzServer(**{k: texts.text(v, element.place) for k, v in element.attributes.items()
-                              if k not in ("if", "unless")})
+    return _with_attributes(gazebo.GzServer(), element, texts)
 
 
 def _gz_spawn_model(element, texts, context):
     import ros_gz_sim.actions as gazebo
 
-    return gazebo.GzSpawnModel(**{k: texts.text(v, element.place) for k, v in element.attributes.items()
-                                  if k not in ("if", "unless")})
+    return _with_attributes(gazebo.GzSpawnModel(), element, texts)
+
+
+def _with_attributes(action, element, texts):
+    """All attributes are values of the action. (As arguments of a call some would have another meaning.)"""
+    action.named = {name: texts.text(element.get(name), element.place) for name in element.attributes
+                    if name not in ("if", "unless")}
+    return action
 
 
 def _ros_gz_bridge(element, texts, context):

@@ -3,10 +3,10 @@
 __path__ = []  # modules below it are aliases
 
 import os
-import shlex
 
 from doppel_launch.host import absent_package
-from doppel_launch.record import RECORDER, LaunchError
+from doppel_launch.record import RECORDER, LaunchError, errors_at
+from doppel_launch.texts import finite_number, split_words
 from doppel_launch.unknown import unknown_attribute
 
 from .action import Action
@@ -35,7 +35,7 @@ class DeclareLaunchArgument(Action):
                     f"the argument '{self.name}' is required, and has no default", self.place,
                     f"append {self.name}:=VALUE" + (f"  ({self.description})" if self.description else ""))
             context.launch_configurations[self.name] = value
-        value = context.launch_configurations[self.name]
+        value = str(context.launch_configurations[self.name])
         if self.choices is not None and value not in self.choices:
             raise LaunchError(f"the argument '{self.name}' is '{value}'", self.place,
                               "one of " + ", ".join(self.choices))
@@ -125,7 +125,7 @@ class PushLaunchConfigurations(Action):
 
 class PopLaunchConfigurations(Action):
     def execute(self, context):
-        context.pop_launch_configurations()
+        _popped(context.pop_launch_configurations, self.place)
 
 
 class ResetLaunchConfigurations(Action):
@@ -144,7 +144,14 @@ class PushEnvironment(Action):
 
 class PopEnvironment(Action):
     def execute(self, context):
-        context.pop_environment()
+        _popped(context.pop_environment, self.place)
+
+
+def _popped(pop, place):
+    try:
+        pop()
+    except RuntimeError as error:  # more is popped than was pushed
+        raise LaunchError(str(error), place) from error
 
 
 class ResetEnvironment(Action):
@@ -179,8 +186,8 @@ class GroupAction(Action):
         context.launch_configurations.update(values)
         visit(list(self.actions), context)
         if self.scoped:
-            context.pop_environment()
-            context.pop_launch_configurations()
+            _popped(context.pop_environment, self.place)
+            _popped(context.pop_launch_configurations, self.place)
 
 
 class IncludeLaunchDescription(Action):
@@ -211,7 +218,7 @@ class IncludeLaunchDescription(Action):
             return
         context.launch_configurations.update(arguments)
         locals_before = dict(context.locals.__dict__)
-        with RECORDER.children(record):
+        with RECORDER.children(record), errors_at(self.place):
             self.source.visit(context)
         context.locals.__dict__.clear()
         context.locals.__dict__.update(locals_before)
@@ -279,9 +286,8 @@ class TimerAction(Action):
         return "a timer"
 
     def execute(self, context):
-        period = self.period if isinstance(self.period, (int, float)) else float(
-            perform_substitutions(context, self.period))
-        record = RECORDER.add("timer", self.place, period=period)
+        period = self.period if isinstance(self.period, (int, float)) else perform_substitutions(context, self.period)
+        record = RECORDER.add("timer", self.place, period=finite_number(period, self.place))
         with RECORDER.children(record):
             visit(list(self.actions), context)
 
@@ -383,7 +389,7 @@ class ExecuteProcess(ExecuteLocal):
     def words(self, context):
         words = [perform_substitutions(context, one) for one in self.cmd]
         if self.shell:
-            return shlex.split(" ".join(words))
+            return split_words(" ".join(words), self.place)
         return [one for one in words if one != ""]
 
     def execute(self, context):

@@ -7,7 +7,8 @@ import importlib.util
 import os
 import sys
 
-from doppel_launch.record import RECORDER, LaunchError, place_of_error, user_place
+from doppel_launch.bounds import require_regular
+from doppel_launch.record import RECORDER, LaunchError, executed_python, place_of_error, user_place
 from doppel_launch.unknown import unknown_attribute
 
 from .launch_description import LaunchDescription
@@ -44,14 +45,16 @@ def visit_file(path, context):
     from doppel_launch.frontends import visit_markup
 
     path = os.path.abspath(path)
-    RECORDER.files.append(path)
+    RECORDER.read_file(path)
     context.locals.__dict__["current_launch_file_path"] = path
     context.locals.__dict__["current_launch_file_directory"] = os.path.dirname(path)
+    require_regular(path)
     if not path.endswith(".py"):
         visit_markup(path, context)
         return
     try:
-        visit(get_launch_description_from_python_launch_file(path), context)
+        with executed_python():
+            visit(get_launch_description_from_python_launch_file(path), context)
     except (LaunchError, SystemExit):
         raise
     except Exception as error:  # whatever the user's code throws

@@ -3,11 +3,12 @@
 __path__ = []  # modules below it are aliases
 
 import os
-import shlex
 import shutil
 
+from doppel_launch.bounds import file_text
 from doppel_launch.host import HOST
 from doppel_launch.record import RECORDER, LaunchError
+from doppel_launch.texts import split_words
 from doppel_launch.unknown import unknown_attribute
 
 from .substitution import Substitution
@@ -118,15 +119,6 @@ class PythonExpression(Substitution):
             raise LaunchError(f"the expression \"{text}\" fails: {error}", self.place) from error
 
 
-def file_text(path, place):
-    """The content of a file, which may be a robot's description."""
-    try:
-        with open(path, encoding="utf-8", errors="replace") as file:
-            return RECORDER.description(file.read(), path, {})
-    except OSError as error:
-        raise LaunchError(f"'{path}' cannot be read: {error.strerror}", place) from error
-
-
 def run_command(words, place):
     """The output of a command whose output can be known without starting it: xacro and cat."""
     for starter in (["rosrun", "xacro"], ["ros2", "run", "xacro"], ["python3"], ["python"]):
@@ -165,7 +157,7 @@ class Command(Substitution):
 
     def perform(self, context):
         text = perform_substitutions(context, self.command)
-        return run_command(shlex.split(text), self.place)
+        return run_command(split_words(text, self.place), self.place)
 
 
 class FindExecutable(Substitution):

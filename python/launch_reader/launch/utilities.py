@@ -39,6 +39,8 @@ def normalize_to_list_of_substitutions(subs):
 
 def perform_substitutions(context, subs):
     """The text of a substitution, a text, or a list of both."""
+    if isinstance(subs, str):
+        return subs
     return "".join(one.perform(context) for one in normalize_to_list_of_substitutions(subs))
 
 
@@ -58,8 +60,12 @@ def typed_value(text):
     """A text as YAML reads a scalar or a list of them."""
     import yaml
 
+    from doppel_launch import bounded_yaml
+    from doppel_launch.record import RECORDER
+
+    RECORDER.spend("characters of YAML values", len(text))
     try:
-        value = yaml.safe_load(text)
+        value = bounded_yaml.load(text)
     except yaml.YAMLError:
         return text
     return text if value is None and text.strip() not in ("null", "~") else value

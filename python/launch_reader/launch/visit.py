@@ -2,7 +2,7 @@
 
 import contextlib
 
-from doppel_launch.record import RECORDER
+from doppel_launch.record import RECORDER, BoundError
 from doppel_launch.unknown import Unknown
 
 MAX_DEPTH = 60  # includes and groups in one another
@@ -25,7 +25,7 @@ def each(entities, function):
     for one in entities:
         try:
             function(one)
-        except RecursionError:
+        except (BoundError, RecursionError):
             raise
         except Exception as error:  # whatever a launch file throws
             if not RECORDER.survey:
@@ -46,6 +46,8 @@ def survey_skipped(name, why, place, context, function):
     try:
         with RECORDER.children(record), nested(context):
             function()
+    except BoundError:
+        raise
     except Exception:  # its values need not exist
         pass
     finally:

@@ -22,8 +22,12 @@ def push_namespace(context, namespace):
 
 
 def scoped_list(context, key):
-    """A list of the scope; configurations are copied when a scope is pushed, lists in them are not changed."""
-    return list(context.launch_configurations.get(key, ()))
+    """A list of the scope; configurations are copied when a scope is pushed, lists in them are not changed.
+
+    An argument of a launch file can have the same name, as in launch_ros: it is a text.
+    """
+    values = context.launch_configurations.get(key, ())
+    return list(values) if isinstance(values, tuple) else []
 
 
 def push_scoped(context, key, value):
