@@ -5,9 +5,13 @@ and nested, attributes that are removed, repeated, renamed and get other values.
 """
 import re
 
-from attacks import ATTACKS, COSTLY_ATTACKS, COSTLY_ONE_IN, HOSTILE_BYTES, hostile_value
+import attacks_of_xml
+import attacks_of_yaml
+from hostile import HOSTILE_BYTES, hostile_value
 
 MAX_CHANGES = 3
+ATTACKS = 0.25  # of the mutations; the others are changes of a seed
+COSTLY = 0.04   # of the attacks: those that end at a bound after a second
 
 
 class Xml:
@@ -89,9 +93,9 @@ NOTATIONS = {".xml": Xml(), ".launch": Xml(), ".yaml": Yaml()}
 def mutated(random, name, seed, others):
     """The changed bytes of a file, and what was done. `others` are files of its notation, whose parts are put into it."""
     notation = NOTATIONS[name[name.rindex("."):]]
-    kind = "yaml" if isinstance(notation, Yaml) else "xml"
-    if random.random() < 0.25:
-        attack = random.choice((COSTLY_ATTACKS if random.random() * COSTLY_ONE_IN < 1 else ATTACKS)[kind])
+    if random.random() < ATTACKS:
+        attacks = attacks_of_yaml if isinstance(notation, Yaml) else attacks_of_xml
+        attack = random.choice(attacks.COSTLY if random.random() < COSTLY else attacks.ATTACKS)
         return attack(random, seed, name), attack.__name__
     data, done = seed, []
     for _ in range(random.randint(1, MAX_CHANGES)):

@@ -62,14 +62,16 @@ lab.check('a drag moves the arm by the program: one request at a time, the tip w
 });
 
 lab.check('the arm follows at the velocity limits: no joint jumps', async (page) => {
-  const worst = await page.evaluate(async () => {
+  const [worst, answer] = await page.evaluate(async () => {
     const { driver, twin } = doppel;
     driver.begin();
     const goal = driver.commanded().slice();
     goal[0] += 0.1;
-    driver.setGoal(goal);
+    // Before the goal: a slow frame may have room for the whole motion.
     let most = 0, last = await new Promise(requestAnimationFrame), q = Float64Array.from(twin.target), before = 0;
-    for (let i = 0; i < 40; i += 1) {
+    driver.setGoal(goal);
+    const end = last + 20000; // the program's answer moves the arm, and may take a while on a busy machine
+    for (let frames = 0; frames < 40 && last < end; frames += most > 0 ? 1 : 0) {
       const now = await new Promise(requestAnimationFrame), dt = (now - last) / 1000;
       const time = Math.max(1 / 60, dt, before); // the arm is moved before or after this callback
       for (const joint of twin.tree.moving) if (!joint.mimic) most = Math.max(most, Math.abs(twin.target[joint.index] - q[joint.index]) / (joint.velocity * time));
@@ -78,9 +80,9 @@ lab.check('the arm follows at the velocity limits: no joint jumps', async (page)
       before = dt;
     }
     driver.release();
-    return most;
+    return [most, driver.answer?.message ?? 'no answer'];
   });
-  assert.ok(worst > 0.05 && worst < 1.05, `${worst} of the limit`);
+  assert.ok(worst > 0.05 && worst < 1.05, `${worst} of the limit; the program says: ${answer}`);
 });
 
 lab.check('out of reach: the reason in the program\'s words, the hand at the goal, and the arm as near as it comes', async (page) => {
