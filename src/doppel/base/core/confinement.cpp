@@ -348,7 +348,9 @@ void enter_own_domain() {
     }
     syscall(SYS_capset, &header, sets);
   }
-  const landlock_ruleset_attr rights{.handled_access_fs = LANDLOCK_ACCESS_FS_MAKE_BLOCK};
+  // Newer headers have more members, which a list of initializers would have to name.
+  landlock_ruleset_attr rights{};
+  rights.handled_access_fs = LANDLOCK_ACCESS_FS_MAKE_BLOCK;
   const auto domain =
       static_cast<int>(syscall(SYS_landlock_create_ruleset, &rights, sizeof rights.handled_access_fs, 0));
   if (domain < 0) return;
