@@ -205,7 +205,7 @@ set(doppel_shards_of network_test=2 physics_test=3 sensors_test=2 devices_test=2
 # Tests of two sides in real time run beside no other: a late answer would be a fault that they find. They are judged with the
 # machine beside them: one that stood still meanwhile gives no evidence.
 set(doppel_real_time ${PROJECT_SOURCE_DIR}/tests/real_time)
-set(doppel_alone_of "system_test=MirrorTest.*:TopicTwin.*")
+set(doppel_alone_of "system_test=MirrorTest.*:TopicTwin*")
 # Floors below the twin, without a network: ./test --quick.
 set(doppel_quick_programs base_test ros_test description_test physics_test sensors_test control_test devices_test scenario_test firmware_test)
 

@@ -61,7 +61,8 @@ class TopicTwin : public test::TwinFixture {
     text.replace(text.find("MASS"), 4, mass);
     std::ofstream(folder / "arm.urdf") << text;
     Scenario scenario;
-    scenario.robots = {{.target = (folder / "arm.urdf").string()}};
+    scenario.robots = {{.target = (folder / "arm.urdf").string(), .name_space = name_space_}};
+    if (!name_space_.empty()) scenario.robots.push_back({.target = "desk_arm", .name_space = "other"});
     scenario.hardware = HardwareUse::real;
     scenario.mirror = mirror;
     if (!world.empty()) {
@@ -110,11 +111,14 @@ class TopicTwin : public test::TwinFixture {
         arm_->publish("/arm_driver", "/robot_joint_states", "sensor_msgs/msg/JointState", to_cdr(state)));
   }
   void send(double shoulder, double elbow, double seconds = 1) {
-    publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
+    publish(absolute("joint_trajectory_controller/joint_trajectory"), "trajectory_msgs/msg/JointTrajectory",
             fmt::format("{{joint_names: [shoulder, elbow], points: [{{positions: [{}, {}], time_from_start: "
                         "{{sec: {}, nanosec: {}}}}}]}}",
                         shoulder, elbow, static_cast<int>(seconds),
                         static_cast<int>(1e9 * (seconds - std::floor(seconds)))));
+  }
+  [[nodiscard]] std::string absolute(const std::string& name) const {
+    return (name_space_.empty() ? "/" : "/" + name_space_ + "/") + name;
   }
   [[nodiscard]] HardwareView hardware() const {
     return twin_->robot().controller_manager().hardware().front();
@@ -128,10 +132,11 @@ class TopicTwin : public test::TwinFixture {
   std::map<std::string, double> q_{{"shoulder", 0.2}, {"elbow", 0.3}};
   int commands_ = 0;
   bool speaks_ = true;
+  std::string name_space_;  // of the arm, beside which there is another robot then
+  std::unique_ptr<Edge> arm_;
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::unique_ptr<Edge> arm_;
   Clock::time_point begin_;
   Time next_state_{};
 };
@@ -189,6 +194,63 @@ TEST_F(TopicTwin, EmergencyStopHoldsArmWhereItIs) {
   EXPECT_EQ(commands_, before);
   EXPECT_GT(stopped_at, 0.3);
   EXPECT_LT(stopped_at, 1.4);
+}
+
+// -- the loop's threads when their twin ends or changes in motion
+
+class TopicTwinInMotion : public TopicTwin {
+ protected:
+  ~TopicTwinInMotion() override {
+    EXPECT_THAT(logged_, Not(HasSubstr("the control loop was blocked"))) << "the end was taken for a stall";
+  }
+  // The arm moves for another second, and a map of its reach is computed.
+  void begin_motion() {
+    bring_up_arm();
+    live(0.5);
+    ASSERT_EQ(active_controllers(), 2u) << logged_;
+    send(1.5, 0, 1.5);
+    live(0.5);
+    doppel_msgs::srv::GetReach::Request request;
+    request.directions = 6;
+    edge_->call(absolute("doppel/reach"), to_cdr(request),
+                [this](const Status&, const Bytes&) { ++answers_; });
+    live(0.05);
+    ASSERT_GT(commands_, 10);
+  }
+
+  int answers_ = 0;
+};
+
+TEST_F(TopicTwinInMotion, EndJoinsLoopAndWatchdogWithWorkUnderWay) {
+  begin_motion();
+  edge_.reset();
+  arm_.reset();
+  twin_.reset();
+  const std::string logged = logged_;
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(logged_, logged) << "a thread of the twin logs after its end";
+}
+
+TEST_F(TopicTwinInMotion, DeletedRobotCommandsItsArmNoLonger) {
+  name_space_ = "arm";
+  begin_motion();
+  EXPECT_THAT(call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: arm}"),
+              HasSubstr("success: true"));
+  live(0.1);
+  const int before = commands_;
+  live(0.5);
+  EXPECT_EQ(commands_, before);
+  EXPECT_EQ(answers_, 1) << "the map of the robot's reach has no other answer";
+}
+
+TEST_F(TopicTwinInMotion, ReloadOfSameFilesLeavesMotionToItsEnd) {
+  begin_motion();
+  Diagnostics found;
+  const Twin::Reload reload = twin_->replace(Twin::prepare(twin_->running(), found));
+  EXPECT_EQ(reload, Twin::Reload::controllers_kept);
+  live(1.5);
+  EXPECT_EQ(hardware().state, HardwareState::active) << logged_;
+  EXPECT_NEAR(q_["shoulder"], 1.5, 1e-3) << logged_;
 }
 
 // -- rehearsals

@@ -170,6 +170,11 @@ export class Twin {
     return this.recording !== '' || (this.opening !== '' && this.client.phase === 'connecting');
   }
 
+  // An arm behind a port: its driver moves it, and has the stop.
+  get isEmulated(): boolean {
+    return this.client.metadata['emulated'] !== undefined;
+  }
+
   // A name of the selected robot: own('/joint_states') is '/left/joint_states'.
   own(name: string): string {
     return this.space + name;

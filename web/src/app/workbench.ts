@@ -93,7 +93,10 @@ export function startWorkbench(app: App, layout: Layout): void {
   for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.isReadOnly;
   layout.mount(right, bottom);
   const hints = makeHints(new URLSearchParams(location.search).has('bag'));
-  if (hints) app.world.stage.host.append(hints);
+  if (hints) {
+    app.world.stage.host.append(hints);
+    app.twin.phaseChanged.on(() => { hints.hidden = app.twin.isEmulated; }); // nothing of it works in that page
+  }
   app.openPanel = (id) => layout.open(id);
   app.chooseRecording = () => chooseRecording(app);
   // A lost twin keeps its tabs.

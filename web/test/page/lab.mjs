@@ -75,12 +75,12 @@ export class Lab {
     await until('the twin', async () => (await fetch(`http://127.0.0.1:${this.twinPort}/health`)).ok);
   }
 
-  // `doppel view` with these arguments, besides the twin.
-  async view(args) {
+  // Another program with a page, besides the twin: `doppel VERB` with these arguments.
+  async run(verb, args) {
     const port = await freePort();
-    const child = this.#spawn(program, ['view', ...args, '--headless', '--port', port]);
+    const child = this.#spawn(program, [verb, ...args, '--no-open', '--port', port]);
     const url = `http://127.0.0.1:${port}/`;
-    await until('the view', async () => (await fetch(`${url}health`)).ok);
+    await until(`doppel ${verb}`, async () => (await fetch(`${url}health`)).ok);
     return { url, end: () => new Promise((ended) => {
       child.once('exit', ended);
       child.kill('SIGINT');

@@ -128,7 +128,7 @@ const joints = [['Revolute 1', 0.4], ['Revolute 2', 2.6], ['Revolute 3', 2.9], [
 const isThere = (page) => waitFor(page, (pose) => pose.every(([name, value]) => Math.abs(doppel.twin.q[doppel.twin.tree.jointByName.get(name).index] - value) < 0.02), joints);
 
 read('a link opens the configuration in the page of a view, at once', {}, async (report) => {
-  const view = await lab.view([robot]);
+  const view = await lab.run('view', [robot]);
   try {
     const page = await lab.page({}, await linked(report, view.url));
     await isThere(page);

@@ -71,3 +71,19 @@ test('after the end of the other one as well', { timeout: 180000 }, async () => 
   await arm.killTwin();
   await showsOwn(kate, /kate/, 'left_wheel_joint', 'Revolute 1');
 });
+
+test('an emulated arm is named so, and its page has no STOP of its own', { timeout: 180000 }, async () => {
+  const { url, end } = await kate.run('emulate', ['desk_arm']);
+  const page = await kate.page({}, url);
+  try {
+    await waitFor(page, () => document.title === 'desk_arm, emulated');
+    assert.equal(await page.locator('#stop').isVisible(), false);
+    assert.equal(await page.locator('.hints').isVisible(), false);
+    await page.keyboard.press('Escape');
+    assert.equal(await page.evaluate(() => document.body.classList.contains('stopped')), false);
+    assert.deepEqual(page.problems, []);
+  } finally {
+    await page.close();
+    await end();
+  }
+});

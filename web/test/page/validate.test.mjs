@@ -182,7 +182,7 @@ for (const theme of ['light', 'dark']) {
 }
 
 test('a view has no Validate tab', { timeout: 120000 }, async () => {
-  const view = await lab.view([robot]);
+  const view = await lab.run('view', [robot]);
   const page = await lab.page({}, view.url);
   await waitFor(page, () => doppel.commander.viewing);
   assert.equal(await page.locator('#tab-validate').isVisible(), false);

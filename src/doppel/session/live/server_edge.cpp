@@ -31,6 +31,7 @@ ServerOptions server_options(const std::string& name, const ServerEdgeOptions& o
   out.token = options.token;
   out.page_folder = options.page_folder;
   out.metadata = options.metadata;
+  if (options.emulated) out.metadata.emplace_back("emulated", "true");
   out.playback = options.playback;
   out.assets = std::move(assets);
   if (options.port != 0) {
