@@ -230,12 +230,12 @@ void BusRecorder::copy(Copy request) {
   if (request.done) request.done(refusal);
 }
 
-// False: none waits. One copy reads all that is kept, so that the ring would overflow during several of them.
-bool BusRecorder::serve_copy() {
+// One copy reads all that is kept, so that the ring would overflow during several of them.
+BusRecorder::Copied BusRecorder::serve_copy() {
   Copy request;
   {
     const std::lock_guard lock(requests_mutex_);
-    if (copies_.empty()) return false;
+    if (copies_.empty()) return Copied::none;
     request = std::move(copies_.front());
     copies_.erase(copies_.begin());
   }
@@ -246,7 +246,7 @@ bool BusRecorder::serve_copy() {
     failure = thrown_text();
   }
   if (request.done) request.done(failure);
-  return true;
+  return request.is_urgent ? Copied::urgent : Copied::other;
 }
 
 // The present file goes on and is read as a whole: many copies make no more files.
@@ -320,7 +320,8 @@ void BusRecorder::run() {
     take_messages();
     serve_actions();
     if (options_.on_look) options_.on_look();
-    while (serve_copy()) take_messages();
+    // Nothing follows, so that all clients that wait would get the same messages: the end waits for one copy.
+    for (auto copied = Copied::urgent; copied == Copied::urgent; take_messages()) copied = serve_copy();
   } catch (const InputError& error) {
     fail(error.diagnostics().front().message);
   } catch (...) {

@@ -73,8 +73,8 @@ class DOPPEL_API BusRecorder {
   void let_catch_up() const;
   // Copies the last messages to another bag, on the recorder's thread: those of `last` before now, and the
   // latched ones. A bag that cannot be completed is removed. The functions are called there. Messages are
-  // taken between two copies. Once the recording has ended, or while kMaxRequests wait, copy() itself calls
-  // `done` with the reason.
+  // taken between two copies. Of those that wait at the end the urgent ones and one other are made. Once the
+  // recording has ended, or while kMaxRequests wait, copy() itself calls `done` with the reason.
   struct Copy {
     Duration last{};
     std::function<std::unique_ptr<BagWriter>()> make_bag = {};
@@ -109,7 +109,8 @@ class DOPPEL_API BusRecorder {
   void record(const Edge::Incoming& message);
   void close();
   void prune();
-  bool serve_copy();
+  enum class Copied { none, urgent, other };
+  Copied serve_copy();
   void make_copy(const Copy& request);
   struct Action {
     RecorderAction what;
