@@ -340,28 +340,6 @@ TEST_F(BusRecorderTest, UrgentCopyIsMadeBeforeRequestsThatFillQueue) {
   EXPECT_EQ(order[1], "as urgent");
 }
 
-TEST_F(BusRecorderTest, EndMakesOneOfCopiesThatClientsWaitFor) {
-  BusRecorder recorder(bus_, options(), log_);
-  Checkpoint held;
-  std::vector<std::string> reasons;
-  recorder.copy(copy_to("held", [&] { held.pass(); }));
-  held.reached.get_future().wait();
-  int made = 0;
-  for (std::size_t i = 0; i < BusRecorder::kMaxRequests; ++i) {
-    BusRecorder::Copy copy = copy_to("copy" + std::to_string(i), [&made] { ++made; });
-    copy.done = [&reasons](const std::string& reason) { reasons.push_back(reason); };
-    recorder.copy(std::move(copy));
-  }
-  std::thread ending([&recorder] { recorder.stop(); });
-  std::this_thread::sleep_for(100ms);
-  held.open.set_value();
-  ending.join();
-  EXPECT_EQ(made, 1);
-  ASSERT_THAT(reasons, testing::SizeIs(BusRecorder::kMaxRequests)) << "a request was forgotten";
-  EXPECT_EQ(std::ranges::count(reasons, ""), 1);
-  EXPECT_THAT(reasons, testing::Contains("the recording has ended"));
-}
-
 TEST_F(BusRecorderTest, NextFileRepeatsLatchedMessageOfPublisherThatJoinedLater) {
   RecorderOptions split = options();
   split.bag.max_file_time = from_seconds(5);
