@@ -48,7 +48,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   }, { class: 'icon', id: 'theme' });
   const more = button(icon('settings'), 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
   const readOnly = h('span', { class: 'tag', hidden: true, title: 'This is a recording: nothing in it can be commanded, and STOP has nothing to stop.' }, 'read only');
-  const emulated = h('span', { class: 'tag', hidden: true, title: 'An arm behind a port. What moves it is the program at that port; STOP is in its page.' }, 'emulated');
+  const emulated = h('span', { class: 'tag', hidden: true, title: 'An arm behind a port: the program at that port drives it, and has its STOP.' }, 'emulated');
   const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.resetStop() : commander.stop()) }, 'STOP');
   const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
   const element = h('header', { class: 'bar' },
@@ -75,11 +75,11 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     const called = (twin.robots.length > 0 && twin.tree?.robot.name) || 'doppel';
     say(name, called);
     const state = client.phase === 'lost' ? 'lost' : commander.stopped ? 'stopped' : twin.paused ? 'paused' : '';
-    const named = twin.isEmulated ? `${called}, emulated` : called; // its driver's page is open beside it
-    const title = state ? `${named} – ${state}` : named;
+    const label = twin.isEmulated ? `${called}, emulated` : called; // its driver's page is open beside it
+    const title = state ? `${label} – ${state}` : label;
     if (document.title !== title) document.title = title;
     const recorded = twin.isReadOnly && client.phase !== 'lost';
-    stop.hidden = recorded || twin.isEmulated;
+    stop.hidden = recorded || twin.isDrivenElsewhere;
     readOnly.hidden = !recorded;
     emulated.hidden = !twin.isEmulated;
     const phase = recorded ? (twin.recording ? `recording ${twin.recording}` : 'no recording') : client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';

@@ -287,7 +287,7 @@ export class Commander {
   // The emergency stop of every robot, as `doppel stop` does it: its joints hold, and no client can command them. Without
   // a connection it is sent with the next one.
   async stop(): Promise<void> {
-    if (this.stopped || this.twin.isReadOnly || this.twin.isEmulated) return; // what was stopped first is what is reset
+    if (this.stopped || this.twin.isReadOnly || this.twin.isDrivenElsewhere) return; // what was stopped first is what is reset
     this.stopped = true;
     this.unsent = this.twin.client.phase !== 'open';
     this.stopChanged.emit(true);

@@ -170,9 +170,14 @@ export class Twin {
     return this.recording !== '' || (this.opening !== '' && this.client.phase === 'connecting');
   }
 
-  // An arm behind a port: its driver moves it, and has the stop.
+  // An arm behind a port.
   get isEmulated(): boolean {
     return this.client.metadata['emulated'] !== undefined;
+  }
+
+  // The program at the port moves it, and has the stop. The hand of --hand guide is commanded here, by controllers.
+  get isDrivenElsewhere(): boolean {
+    return this.isEmulated && this.controllers.length === 0;
   }
 
   // A name of the selected robot: own('/joint_states') is '/left/joint_states'.

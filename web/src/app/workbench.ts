@@ -95,7 +95,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const hints = makeHints(new URLSearchParams(location.search).has('bag'));
   if (hints) {
     app.world.stage.host.append(hints);
-    app.twin.phaseChanged.on(() => { hints.hidden = app.twin.isEmulated; }); // nothing of it works in that page
+    app.twin.controllersChanged.on(() => { hints.hidden = app.twin.isDrivenElsewhere; }); // they are about commands
   }
   app.openPanel = (id) => layout.open(id);
   app.chooseRecording = () => chooseRecording(app);

@@ -114,7 +114,7 @@ export class Lab {
     await page.addInitScript(() => addEventListener('securitypolicyviolation', (e) => console.error(`refused by the policy: ${e.violatedDirective} ${e.blockedURI}`)));
     await page.addInitScript(() => { // the card of the first visit would cover the picture
       const kept = JSON.parse(localStorage.getItem('doppel.settings') ?? '{}');
-      if (!sessionStorage.getItem('first-visit')) localStorage.setItem('doppel.settings', JSON.stringify({ ...kept, hintsSeen: true }));
+      localStorage.setItem('doppel.settings', JSON.stringify({ ...kept, hintsSeen: true }));
     });
     await prepare(page);
     await page.goto(url, { timeout: timeLimit });

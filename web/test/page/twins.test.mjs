@@ -72,18 +72,31 @@ test('after the end of the other one as well', { timeout: 180000 }, async () => 
   await showsOwn(kate, /kate/, 'left_wheel_joint', 'Revolute 1');
 });
 
-test('an emulated arm is named so, and its page has no STOP of its own', { timeout: 180000 }, async () => {
-  const { url, end } = await kate.run('emulate', ['desk_arm']);
-  const page = await kate.page({}, url);
+// The page of `doppel emulate` with these arguments, as a new visitor sees it.
+async function ofEmulation(args, body) {
+  const { url, end } = await kate.run('emulate', ['desk_arm', ...args]);
+  const page = await kate.page({}, url, (one) => one.addInitScript(() => localStorage.clear()));
   try {
     await waitFor(page, () => document.title === 'desk_arm, emulated');
-    assert.equal(await page.locator('#stop').isVisible(), false);
-    assert.equal(await page.locator('.hints').isVisible(), false);
-    await page.keyboard.press('Escape');
-    assert.equal(await page.evaluate(() => document.body.classList.contains('stopped')), false);
+    await body(page);
     assert.deepEqual(page.problems, []);
   } finally {
     await page.close();
     await end();
   }
-});
+}
+
+test('an emulated arm is named so, and its page has no STOP of its own', { timeout: 180000 }, () => ofEmulation([], async (page) => {
+  assert.equal(await page.locator('#stop').isVisible(), false);
+  assert.equal(await page.locator('.hints').isVisible(), false);
+  await page.keyboard.press('Escape');
+  assert.equal(await page.evaluate(() => document.body.classList.contains('stopped')), false);
+}));
+
+test('the page that commands the hand of an emulated arm has a STOP for it', { timeout: 180000 }, () => ofEmulation(['--hand', 'guide'], async (page) => {
+  await waitFor(page, () => doppel.twin.controllers.length > 0);
+  await page.locator('#stop').waitFor();
+  await page.locator('.hints').waitFor();
+  await page.keyboard.press('Escape');
+  await waitFor(page, () => document.body.classList.contains('stopped'));
+}));

@@ -231,11 +231,11 @@ void BusRecorder::copy(Copy request) {
 }
 
 // One copy reads all that is kept, so that the ring would overflow during several of them.
-BusRecorder::Copied BusRecorder::serve_copy() {
+BusRecorder::CopyKind BusRecorder::serve_copy() {
   Copy request;
   {
     const std::lock_guard lock(requests_mutex_);
-    if (copies_.empty()) return Copied::none;
+    if (copies_.empty()) return CopyKind::none;
     request = std::move(copies_.front());
     copies_.erase(copies_.begin());
   }
@@ -246,7 +246,7 @@ BusRecorder::Copied BusRecorder::serve_copy() {
     failure = thrown_text();
   }
   if (request.done) request.done(failure);
-  return request.is_urgent ? Copied::urgent : Copied::other;
+  return request.is_urgent ? CopyKind::urgent : CopyKind::other;
 }
 
 // The present file goes on and is read as a whole: many copies make no more files.
@@ -321,7 +321,11 @@ void BusRecorder::run() {
     serve_actions();
     if (options_.on_look) options_.on_look();
     // Nothing follows, so that all clients that wait would get the same messages: the end waits for one copy.
-    for (auto copied = Copied::urgent; copied == Copied::urgent; take_messages()) copied = serve_copy();
+    CopyKind kind = CopyKind::none;
+    do {
+      kind = serve_copy();
+      take_messages();
+    } while (kind == CopyKind::urgent);
   } catch (const InputError& error) {
     fail(error.diagnostics().front().message);
   } catch (...) {

@@ -109,8 +109,8 @@ class DOPPEL_API BusRecorder {
   void record(const Edge::Incoming& message);
   void close();
   void prune();
-  enum class Copied { none, urgent, other };
-  Copied serve_copy();
+  enum class CopyKind { none, urgent, other };
+  CopyKind serve_copy();  // of the copy that was made
   void make_copy(const Copy& request);
   struct Action {
     RecorderAction what;

@@ -382,8 +382,10 @@ void BlackBox::write_due() {
 
 void BlackBox::write(const std::string& cause, const Done& done) {
   const auto bag = std::make_shared<fs::path>();
+  const auto is_begun = std::make_shared<bool>(false);
   BusRecorder::Copy copy;
-  copy.make_bag = [this, cause, bag] {
+  copy.make_bag = [this, cause, bag, is_begun] {
+    *is_begun = true;
     auto out = new_bag(options_.folder, cause, options_.lock_timeout);
     *bag = out->folder();
     return out;
@@ -392,12 +394,13 @@ void BlackBox::write(const std::string& cause, const Done& done) {
   // A client whose request is refused can repeat it; what has happened to the twin is reported once.
   copy.is_urgent = cause != kSnapshot;
   copy.add_parts = [this, cause](BagWriter& writer, std::uint64_t time) { add_parts(cause, writer, time); };
-  copy.done = [this, bag, cause, done](const std::string& failure) {
+  copy.done = [this, bag, is_begun, cause, done](const std::string& failure) {
     if (failure.empty()) {
       log_.note(kBlackBox, fmt::format("{}: the last {:.0f} s are in {}", cause, to_seconds(options_.length),
                                        bag->string()));
       remove_old();
-    } else {
+    } else if (*is_begun || !done) {
+      // A refused request is in its client's answer alone: a line for each would fill the log.
       log_.warning(kBlackBox, fmt::format("{}: the last seconds could not be written: {}", cause, failure));
     }
     if (done) done(*bag, failure);

@@ -19,7 +19,7 @@ namespace {
 using testing::ElementsAre;
 using namespace std::chrono_literals;
 
-// Copies that are begun and make no bag.
+// No copy has a bag: its client is answered with what making one has thrown.
 TEST(RecorderEnd, OneOfCopiesThatClientsWaitForIsMade) {
   Log log;
   Bus bus;
@@ -43,10 +43,13 @@ TEST(RecorderEnd, OneOfCopiesThatClientsWaitForIsMade) {
     copy.done = [&reasons](const std::string& reason) { reasons.push_back(reason); };
     recorder.copy(std::move(copy));
   }
-  std::thread ending([&recorder] { recorder.stop(); });
-  std::this_thread::sleep_for(100ms);
-  opened.set_value();
-  ending.join();
+  std::thread opening([&opened] {
+    std::this_thread::sleep_for(200ms);  // the end has begun
+    opened.set_value();
+  });
+  recorder.stop();
+  opening.join();
+  std::filesystem::remove_all(options.bag.folder);
   EXPECT_THAT(reasons, ElementsAre("begun", "the recording has ended", "the recording has ended"));
 }
 

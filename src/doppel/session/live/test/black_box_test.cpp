@@ -313,6 +313,10 @@ TEST_F(BlackBoxTest, CauseIsWrittenBeforeSnapshotsThatFillQueue) {
   EXPECT_EQ(flock(folder.get(), LOCK_UN), 0);
   step_until([&] { return answered() == std::ssize(answers); });
   const std::vector<std::string> written = lines();
+  {
+    const std::lock_guard lock(mutex_);
+    EXPECT_THAT(lines_, testing::Not(Contains(HasSubstr("requests wait already"))));
+  }
   const auto is_stop = [](const std::string& line) { return line.starts_with("emergency stop: "); };
   const auto stop = std::ranges::find_if(written, is_stop);
   ASSERT_NE(stop, written.end()) << testing::PrintToString(written);
