@@ -161,14 +161,14 @@ std::vector<std::string> render(const TableView& view, const TableStyle& style) 
   return lines;
 }
 
-LiveTable::LiveTable(int fd) : fd_(fd) {}
+LiveTable::LiveTable(int fd) : fd_(fd), out_(fd) {}
 
 LiveTable::~LiveTable() {
-  const std::string_view show_cursor = "\x1b[?25h";
-  if (lines_ > 0 && write(fd_, show_cursor.data(), show_cursor.size()) < 0) lines_ = 0;
+  if (lines_ > 0) out_.write("\x1b[?25h");  // shows the cursor
 }
 
 void LiveTable::draw(const TableView& view) {
+  if (!out_.is_idle()) return;
   const TableStyle style = terminal_style(fd_);
   std::string out = lines_ == 0 ? "\x1b[?25l" : fmt::format("\x1b[{}A\r", lines_);
   const auto lines = render(view, style);
@@ -179,11 +179,7 @@ void LiveTable::draw(const TableView& view) {
   }
   out += "\x1b[J";
   lines_ = lines.size();
-  for (std::string_view rest = out; !rest.empty();) {
-    const ssize_t written = write(fd_, rest.data(), rest.size());
-    if (written <= 0) return;
-    rest.remove_prefix(static_cast<std::size_t>(written));
-  }
+  out_.write(out);
 }
 
 }  // namespace doppel::app

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <string>
 
+#include "app/output_writer.h"
 #include "app/snapshot.h"
 #include "doppel/base/core/log.h"
 
@@ -31,7 +32,7 @@ struct TableView {
 };
 std::vector<std::string> render(const TableView& view, const TableStyle& style);
 
-// Draws each picture over the previous one. Any thread, one at a time.
+// Draws each picture over the previous one; none while that one is not written. Any thread, one at a time.
 class LiveTable {
  public:
   explicit LiveTable(int fd);
@@ -40,6 +41,7 @@ class LiveTable {
 
  private:
   int fd_;
+  OutputWriter out_;
   std::size_t lines_ = 0;
 };
 

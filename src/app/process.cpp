@@ -1,6 +1,7 @@
 #include "app/process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -84,7 +85,8 @@ const std::atomic<bool>& stop_on_signals() {
   action.sa_handler = [](int signal) {
     if (!requested.exchange(true)) return;
     constexpr char kShowCursor[] = "\x1b[?25h";  // the live table hides it
-    if (isatty(STDOUT_FILENO) != 0)
+    pollfd room{STDOUT_FILENO, POLLOUT, 0};      // none after Ctrl-S, and write() would wait
+    if (isatty(STDOUT_FILENO) != 0 && poll(&room, 1, 0) > 0)
       static_cast<void>(!write(STDOUT_FILENO, kShowCursor, sizeof kShowCursor - 1));
     _exit(128 + signal);
   };

@@ -260,6 +260,7 @@ int run_twin(const Scenario& scenario, const RunOptions& options, Diagnostics& d
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
+  const StderrWriter writer;
   TerminalLog terminal;
   Log log;
   log.add_sink(terminal.sink(ros.log_level));

@@ -88,6 +88,7 @@ int show_robot(const Scenario& scenario, const ShowOptions& options, Diagnostics
   SessionOptions session_with = session_options(options.edges, ros);
   session_with.reload = !options.no_reload;
   const std::atomic<bool>& stop = stop_on_signals();
+  const StderrWriter writer;
   TerminalLog terminal;
   Log log;
   log.add_sink(terminal.sink(ros.log_level));

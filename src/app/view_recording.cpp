@@ -42,6 +42,7 @@ int view_recording(const RecordingOptions& options, const RosArguments& ros) {
   edges.ros.none = true;
   const SessionOptions session = session_options(edges, ros);
   const std::atomic<bool>& stop = stop_on_signals();
+  const StderrWriter writer;
   TerminalLog terminal;
   Log log;
   log.add_sink(terminal.sink(ros.log_level));
