@@ -76,6 +76,17 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
 void* operator new[](std::size_t size, std::align_val_t alignment) {
   return doppel::test::take(size, static_cast<std::size_t>(alignment));
 }
+// AddressSanitizer has one of its own otherwise, whose memory free() must not get.
+void* operator new(std::size_t size, const std::nothrow_t& /*never_throws*/) noexcept {
+  try {
+    return doppel::test::take(size, 0);
+  } catch (const std::bad_alloc&) {
+    return nullptr;
+  }
+}
+void* operator new[](std::size_t size, const std::nothrow_t& never_throws) noexcept {
+  return operator new(size, never_throws);
+}
 void operator delete(void* memory) noexcept {
   std::free(memory);
 }
