@@ -87,10 +87,14 @@ struct Ending {
 // Two arms with cameras, 'a' and 'b'; the work is b's.
 class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::tuple<Work, Ending>> {
  public:
+  // Half a second of work, and under a sanitizer twenty, so that it is under way at each end.
+  static constexpr double kCell = 0.045;  // m
+
   // -- works
   void map_reach() {
     doppel_msgs::srv::GetReach::Request request;
-    request.directions = 6;  // still seconds of work, so that it is under way at each end
+    request.directions = 6;
+    request.cell = kCell;
     ask<doppel_msgs::srv::GetReach>("/b/doppel/reach", request);
   }
   void solve_poses() {
@@ -199,7 +203,8 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
                                               .response_hash = ""});
     ASSERT_TRUE(run_until([this] { return client_->is_available(); })) << "expected the twin on the network";
     doppel_msgs::srv::GetReach::Request request;
-    request.directions = 6;  // still seconds of work, so that it is under way at each end
+    request.directions = 6;
+    request.cell = kCell;
     client_->send(to_cdr(request));
     EXPECT_TRUE(run_until([this] { return bridge_->status().requests == 1; }));
   }
@@ -305,7 +310,7 @@ class EndWithWork : public TwinFixture, public testing::WithParamInterface<std::
   [[nodiscard]] bool all_answered() const {
     return std::ranges::all_of(answers_, [](const auto& one) { return one->load(); });
   }
-  // Steps the twin. A map of the reach takes seconds where nothing has ended it.
+  // Steps the twin.
   template <class Condition>
   bool run_until(const Condition& condition) {
     const auto end = std::chrono::steady_clock::now() + 120s;
