@@ -38,7 +38,7 @@ function(doppel_options target kind)
   if(NOT kind STREQUAL library AND NOT DOPPEL_SANITIZE AND NOT DOPPEL_FUZZ)
     target_compile_options(${target} PRIVATE -O1)
   elseif(kind STREQUAL test AND DOPPEL_SANITIZE)
-    target_compile_options(${target} PRIVATE -O0)  # after -O1: what judges is the library, and this takes half the time
+    target_compile_options(${target} PRIVATE -O0)  # overrides -O1: the library is what is judged, and compiling takes half the time
   endif()
 endfunction()
 

@@ -1,4 +1,4 @@
-// Output to a reader that stands still: nobody who prints waits for it, and the end does not.
+// Output to a stalled reader blocks neither the threads that print nor the end of the program.
 #include "app/output_writer.h"
 
 #include <fcntl.h>
@@ -88,7 +88,7 @@ TEST(OutputWriter, TextsBeyondItsBoundAreLeftOutAndCounted) {
   pipe.writer = FileDescriptor(-1);
   reading.join();
   EXPECT_THAT(read, StartsWith("xxx"));
-  EXPECT_THAT(read, EndsWith(" outputs are left out: nothing was read from here in the meantime\nlast\n"));
+  EXPECT_THAT(read, EndsWith(" messages were dropped: this output was not read in time\nlast\n"));
 }
 
 TEST(OutputWriter, ClosedReaderAndFullDiskLoseTextAlone) {

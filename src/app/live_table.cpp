@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <langinfo.h>
 #include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <clocale>

@@ -73,7 +73,7 @@ bool OutputWriter::is_idle() const {
 
 void OutputWriter::note_lost() {
   if (lost_ == 0) return;
-  waiting_ += fmt::format("  {} outputs are left out: nothing was read from here in the meantime\n", lost_);
+  waiting_ += fmt::format("  {} messages were dropped: this output was not read in time\n", lost_);
   lost_ = 0;
 }
 
@@ -91,7 +91,8 @@ void OutputWriter::run() {
   }
 }
 
-// A full disk or a closed terminal loses the text: the program continues in any case.
+// A full disk or a closed terminal loses the text: the program continues in any case. write_all() of
+// base/core goes on after a signal, which has to end this one.
 void OutputWriter::write_out(std::string_view text) {
   while (!text.empty() && !is_given_up_) {
     const ssize_t written = ::write(fd_, text.data(), text.size());

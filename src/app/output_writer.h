@@ -1,6 +1,6 @@
 #pragma once
-// A terminal, a pipe or a file that a thread of its own writes to: whoever prints never waits for a reader
-// that stands still, such as a terminal after Ctrl-S or a pager. A log line must not stop the loop.
+// Writes to a terminal, pipe or file from a dedicated thread, so that printing never blocks on a stalled
+// reader such as a terminal after Ctrl-S or a pager: a log line must not stop the control loop.
 
 #include <atomic>
 #include <chrono>
@@ -20,12 +20,13 @@ class OutputWriter {
   static constexpr std::chrono::milliseconds kEndTimeout{1000};
 
   explicit OutputWriter(int fd);
-  // Writes what waits, for at most kEndTimeout; the rest is lost.
+  // Flushes the queue for at most kEndTimeout; the rest is dropped.
   ~OutputWriter();
   OutputWriter(const OutputWriter&) = delete;
   OutputWriter& operator=(const OutputWriter&) = delete;
 
-  // Beyond kMaxWaiting the text is lost. How many were is written before the next one that fits.
+  // A text that does not fit into the queue of kMaxWaiting is dropped; the number of dropped texts is written
+  // before the next one that fits.
   void write(std::string_view text);
   [[nodiscard]] bool is_idle() const;  // nothing waits, and nothing is being written
 
